@@ -51,7 +51,7 @@ int main()
         world.update();
 
         // Pairs of boxes of which one has moved, and where their shapes touch.
-        for (const auto& contact : finder.find(shapes, poses, world.changed_pairs())) {
+        for (const auto& contact : finder.find({shapes, poses}, world.changed_pairs())) {
             Body &a = bodies[contact.pair.a], &b = bodies[contact.pair.b];
             float closing = 0;
             for (std::size_t d = 0; d < 3; ++d)

@@ -22,13 +22,13 @@ int main()
 
     // Broad phase: tight boxes, and the pairs that may touch.
     std::vector<jostle::Aabb3f> boxes(shapes.size());
-    jostle::bounds(shapes, poses, boxes);
+    jostle::bounds({shapes, poses}, boxes);
     jostle::PairFinder pairs;
 
     // Narrow phase: where they touch. Keep both finders from frame to frame.
     jostle::ContactFinder3f contacts;
     unsigned points = 0;
-    for (const auto& contact : contacts.find(shapes, poses, pairs.find(boxes))) {
+    for (const auto& contact : contacts.find({shapes, poses}, pairs.find(boxes))) {
         std::printf("%u and %u touch, normal %.2f %.2f %.2f\n", contact.pair.a, contact.pair.b,
                     contact.normal[0], contact.normal[1], contact.normal[2]);
         for (unsigned i = 0; i < contact.count; ++i) {

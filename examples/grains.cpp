@@ -95,7 +95,7 @@ int main(int argc, char** argv)
         for (std::size_t i = 0; i < count; at_search[i] = poses[i].position, ++i)
             for (int d = 0; d < 2; ++d) // back into the first period
                 poses[i].position[d] -= side * std::floor(poses[i].position[d] / side);
-        jostle::bounds(shapes, poses, boxes, skin / 2); // good until something has moved as far as that
+        jostle::bounds({shapes, poses}, boxes, skin / 2); // good until something has moved as far as that
         images.build(boxes, {side, side, 0});
         list.clear();
         for (const jostle::Pair pair : finder.find(images.boxes(), images.filter())) {

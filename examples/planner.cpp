@@ -112,12 +112,12 @@ int main(int argc, char** argv)
         // A capsule around each link will do: meshes' own boxes would take a look at every point.
         const auto capsule = jostle::Shape3::capsule(double{half_length}, 1.1 * double{thickness});
         const jostle::StridedView<jostle::Shape3> around(&capsule, poses.size(), 0);
-        jostle::bounds(around, poses, boxes, farthest, jostle::default_executor());
+        jostle::bounds({around, poses}, boxes, farthest, jostle::default_executor());
         std::vector<Pair> near = pair_finder.find(boxes, obstacle_box).to_vector();
         std::sort(near.begin(), near.end());                // by configuration, from the arm's base on
         std::vector<std::uint64_t> hit(count), bent(count); // the first pair of each configuration
-        finder.first_touching(arm, poses, obstacle, obstacle_pose, near, offsets_of(near), hit);
-        finder.first_touching(arm, poses, forbidden, offsets_of(forbidden), bent);
+        finder.first_touching({arm, poses}, {obstacle, obstacle_pose}, near, offsets_of(near), hit);
+        finder.first_touching({arm, poses}, forbidden, offsets_of(forbidden), bent);
 
         // Of configurations that are free, how much room they have, as far as that matters.
         std::erase_if(near, [&](const Pair& pair) {
@@ -125,8 +125,8 @@ int main(int argc, char** argv)
         });
         std::vector<jostle::Distance3f> room(count);
         std::vector<std::uint64_t> nearest(count);
-        finder.least_distances(arm, poses, obstacle, obstacle_pose, near, offsets_of(near), farthest, room,
-                               nearest);
+        finder.least_distances({arm, poses}, {obstacle, obstacle_pose}, near, offsets_of(near), farthest,
+                               room, nearest);
 
         const auto any = [](std::uint64_t pair) { return pair != jostle::no_pair; };
         const auto touching = std::count_if(hit.begin(), hit.end(), any);

@@ -241,7 +241,7 @@ Measured measure_jostle(const PairScene& scene, std::uint32_t frames, jostle::Ex
     jostle::ContactFinder3f finder({.executor = &executor});
     return measure_ours(
         scene, frames,
-        [&](const std::vector<Pose3f>& poses) { return &finder.find(scene.shapes, poses, scene.pairs); },
+        [&](const std::vector<Pose3f>& poses) { return &finder.find({scene.shapes, poses}, scene.pairs); },
         [](const auto& contact) { return contact.count; });
 }
 
@@ -252,7 +252,7 @@ Measured measure_points(const PairScene& scene, std::uint32_t frames, jostle::Ex
     return measure_ours(
         scene, frames,
         [&](const std::vector<Pose3f>& poses) {
-            return &finder.find_points(scene.shapes, poses, scene.pairs);
+            return &finder.find_points({scene.shapes, poses}, scene.pairs);
         },
         [](const auto&) { return 1u; });
 }

@@ -210,7 +210,7 @@ void run(const BenchOptions& options)
         std::vector<jostle::Distance<3, double>> distances(count);
         table.together(
             "jostle", "distances", distance,
-            [&] { finder.distances(scene->shapes, poses, pairs, 1e9, std::span(distances)); },
+            [&] { finder.distances({scene->shapes, poses}, pairs, 1e9, std::span(distances)); },
             [&](std::vector<double>& answers) {
                 for (std::size_t i = 0; i < count; ++i)
                     answers[i] = distances[i].distance;

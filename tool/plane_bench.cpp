@@ -144,10 +144,10 @@ void run(const BenchOptions& options)
             pairs.push_back({i, static_cast<std::uint32_t>(count) + i});
         jostle::ContactFinder2d finder({.executor = &jostle::serial_executor()});
         const double batch = table.together(
-            "jostle", "contacts", 0, [&] { (void)finder.find(shapes, poses, pairs); },
+            "jostle", "contacts", 0, [&] { (void)finder.find({shapes, poses}, pairs); },
             [&](std::vector<double>& answers) {
                 std::size_t next = 0;
-                for (const jostle::Contact2d& contact : finder.find(shapes, poses, pairs))
+                for (const jostle::Contact2d& contact : finder.find({shapes, poses}, pairs))
                     answers[next++] = contact.count;
             });
 #ifdef JOSTLE_WITH_PEERS

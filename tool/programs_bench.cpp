@@ -333,7 +333,7 @@ Parts run_grains(const BenchOptions& options, jostle::Executor& executor)
     const jostle::ProcessOptions process{.executor = &executor};
     for (std::uint32_t k = 0; k < options.frames; ++k) {
         timed(parts[0], [&] {
-            jostle::bounds(grains.shapes, grains.poses, boxes, skin / 2, executor);
+            jostle::bounds({grains.shapes, grains.poses}, boxes, skin / 2, executor);
             images.build(boxes, {grains.period, grains.period, 0});
             pairs.clear();
             shifts.clear();
@@ -493,20 +493,20 @@ Parts run_planner(const BenchOptions& options, jostle::Executor& executor)
         std::vector<double> room(arm.count);
         for (std::uint32_t k = 0; k < options.frames; ++k) {
             timed(parts[0], [&] { // what of the arm touches the rock
-                jostle::bounds(around, arm.poses, boxes, 0, executor);
+                jostle::bounds({around, arm.poses}, boxes, 0, executor);
                 near = pair_finder.find(boxes, rock_boxes, {}, jostle::Order::sorted).to_vector();
                 hit.resize(near.size());
-                finder.touching(shapes, arm.poses, rocks, rock_poses, near, hit);
+                finder.touching({shapes, arm.poses}, {rocks, rock_poses}, near, hit);
             });
             timed(parts[1],
-                  [&] { finder.touching(shapes, arm.poses, std::span<const Pair>(arm.forbidden), bent); });
+                  [&] { finder.touching({shapes, arm.poses}, std::span<const Pair>(arm.forbidden), bent); });
             timed(parts[2], [&] { // the first link of each configuration that does
                 first.assign(arm.count, links);
                 for (std::size_t i = near.size(); i-- > 0;)
                     if (hit[i] != 0) first[near[i].a / links] = near[i].a % links;
             });
             timed(parts[3], [&] { // how much room those have that don't
-                jostle::bounds(around, arm.poses, boxes, farthest, executor);
+                jostle::bounds({around, arm.poses}, boxes, farthest, executor);
                 std::vector<Pair> close =
                     pair_finder.find(boxes, rock_boxes, {}, jostle::Order::sorted).to_vector();
                 std::erase_if(close, [&](const Pair& pair) { return first[pair.a / links] != links; });
@@ -514,8 +514,8 @@ Parts run_planner(const BenchOptions& options, jostle::Executor& executor)
                 for (const Pair& pair : close)
                     ++offsets[pair.a / links + 1];
                 std::partial_sum(offsets.begin(), offsets.end(), offsets.begin());
-                finder.least_distances(shapes, arm.poses, rocks, rock_poses, close, offsets, farthest, gaps,
-                                       nearest);
+                finder.least_distances({shapes, arm.poses}, {rocks, rock_poses}, close, offsets, farthest,
+                                       gaps, nearest);
                 for (std::size_t i = 0; i < arm.count; ++i)
                     room[i] = std::min(farthest, gaps[i].distance);
             });

@@ -708,8 +708,8 @@ export interface Contacts {
 export interface Distances {
   readonly distances: FloatArray;
   readonly normals: FloatArray;
-  readonly pointsA: FloatArray;
-  readonly pointsB: FloatArray;
+  readonly fromA: FloatArray;
+  readonly fromB: FloatArray;
 }
 export interface Impacts {
   /** Infinite where there is none. */

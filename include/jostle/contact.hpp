@@ -20,6 +20,7 @@
 #include "jostle/executor.hpp"
 #include "jostle/find_pairs.hpp"
 #include "jostle/function_ref.hpp"
+#include "jostle/objects.hpp"
 #include "jostle/pair_buffer.hpp"
 #include "jostle/shapes.hpp"
 #include "jostle/version.hpp"
@@ -94,24 +95,14 @@ using PointContactBuffer = BlockBuffer<PointContact<Dim, T>>;
 template <int Dim, Coordinate T>
 struct Distance
 {
-    T distance;          ///< below 0 where they overlap: by the least motion that separates them
-    Vec<Dim, T> normal;  ///< unit, from a to b
-    Vec<Dim, T> point_a; ///< on a's surface, from the position of a's pose, in world axes
-    Vec<Dim, T> point_b; ///< on b's surface, from the position of b's pose
+    T distance;         ///< below 0 where they overlap: by the least motion that separates them
+    Vec<Dim, T> normal; ///< unit, from a to b
+    Vec<Dim, T> from_a; ///< to the point on a's surface, from the position of a's pose, in world axes
+    Vec<Dim, T> from_b; ///< to the point on b's surface, from the position of b's pose
 };
 
 /// Stands for no pair where a pair's number is given.
 inline constexpr std::uint64_t no_pair = ~std::uint64_t{0};
-
-/// A pose that moves: at time t in [0, 1] the object is at pose.position + t * linear, turned from
-/// pose.rotation by the angle |angular| * t about the world axis `angular` through its position.
-template <int Dim, Coordinate T>
-struct Motion
-{
-    Pose<Dim, T> pose;
-    Vec<Dim, T> linear = {};                      ///< length per whole motion
-    std::array<T, Dim == 3 ? 3 : 1> angular = {}; ///< radians per whole motion
-};
 
 /// When and where two moving objects first touch.
 template <int Dim, Coordinate T>
@@ -172,10 +163,6 @@ using Distance2f = Distance<2, float>;
 using Distance3f = Distance<3, float>;
 using Distance2d = Distance<2, double>;
 using Distance3d = Distance<3, double>;
-using Motion2f = Motion<2, float>;
-using Motion3f = Motion<3, float>;
-using Motion2d = Motion<2, double>;
-using Motion3d = Motion<3, double>;
 using Impact2f = Impact<2, float>;
 using Impact3f = Impact<3, float>;
 using Impact2d = Impact<2, double>;
@@ -200,11 +187,9 @@ struct ContactOptions
 
 /// Finds where the objects of pairs touch: the detailed test behind a broad phase.
 ///
-/// Shapes and poses have one element per object: arrays, vectors, spans, or members of structs. Shapes may
-/// repeat: StridedView<Shape3>(shapes).repeated(poses.size()) has those of a set over and over, and
-/// StridedView<Shape3>(&shape, poses.size(), 0) one for all. Pairs name objects by position and may come in
-/// any order, also with b < a; no object may be paired with itself. With two sets, a is of the first, b of
-/// the second.
+/// Objects come as {shapes, poses}, with one element per object. Pairs name objects by position and may come
+/// in any order, also with b < a; no object may be paired with itself. Each search has a form for pairs
+/// between two sets: a is of the first, b of the second.
 ///
 /// Touching  shapes are closed: those that share a point touch, with depth >= 0 up to rounding. Everything is
 ///           computed in double, relative to one of the two objects.
@@ -226,10 +211,6 @@ template <int Dim, Coordinate T>
 class JOSTLE_API ContactFinder
 {
   public:
-    using Shapes = StridedView<Shape<Dim>>;
-    using Poses = StridedView<Pose<Dim, T>>;
-    using Motions = StridedView<Motion<Dim, T>>;
-
     explicit ContactFinder(const ContactOptions& options = {});
     ContactFinder(ContactFinder&&) noexcept;
     ContactFinder& operator=(ContactFinder&&) noexcept;
@@ -241,20 +222,25 @@ class JOSTLE_API ContactFinder
     void add_test(const PairTest<Dim>& test);
 
     /// All contacts of the pairs whose shapes touch or have a gap of up to `margin`. The result lies in the
-    /// finder and is valid until its next call. The second form takes pairs between two sets of objects.
+    /// finder and is valid until its next call.
     ///
     /// Cost  of a pair, half of which touch, on a Zen 5: spheres 25 ns, capsules and spheres 50 to 70, boxes
     ///       and spheres or capsules with boxes 70 to 140, hulls of 32 corners 0.8 us, ellipsoids 0.7,
     ///       cylinders and cones 2.3, a sphere, capsule or box with a mesh of 20,000 triangles 2 to 3.
-    const ContactBuffer<Dim, T>& find(const Shapes& shapes, const Poses& poses, PairView pairs, T margin = 0);
-    const ContactBuffer<Dim, T>& find(const Shapes& shapes_a, const Poses& poses_a, const Shapes& shapes_b,
-                                      const Poses& poses_b, PairView pairs, T margin = 0);
+    const ContactBuffer<Dim, T>& find(const Objects<Dim, T>& objects, PairView pairs, T margin = 0)
+    {
+        return find(objects, objects, pairs, margin);
+    }
+    const ContactBuffer<Dim, T>& find(const Objects<Dim, T>& a, const Objects<Dim, T>& b, PairView pairs,
+                                      T margin = 0);
     /// Finds the same contacts, but of each only the deepest point, which is the first one in find(). With
     /// floats in 3D the result takes 3/8 of the memory. It stays valid when find() is called.
-    const PointContactBuffer<Dim, T>& find_points(const Shapes& shapes, const Poses& poses, PairView pairs,
-                                                  T margin = 0);
-    const PointContactBuffer<Dim, T>& find_points(const Shapes& shapes_a, const Poses& poses_a,
-                                                  const Shapes& shapes_b, const Poses& poses_b,
+    const PointContactBuffer<Dim, T>& find_points(const Objects<Dim, T>& objects, PairView pairs,
+                                                  T margin = 0)
+    {
+        return find_points(objects, objects, pairs, margin);
+    }
+    const PointContactBuffer<Dim, T>& find_points(const Objects<Dim, T>& a, const Objects<Dim, T>& b,
                                                   PairView pairs, T margin = 0);
     /// Exchanges the result of the last find() or find_points() for `buffer`: `buffer` then has the contacts,
     /// and the finder has the buffer's memory, to fill next time. So a program that keeps the last frame's
@@ -263,14 +249,20 @@ class JOSTLE_API ContactFinder
     void take(PointContactBuffer<Dim, T>& buffer);
 
     /// out[i] says whether the shapes of pair i touch: 1 or 0. `out` has one element per pair.
-    void touching(const Shapes& shapes, const Poses& poses, PairView pairs, std::span<std::uint8_t> out);
-    void touching(const Shapes& shapes_a, const Poses& poses_a, const Shapes& shapes_b, const Poses& poses_b,
-                  PairView pairs, std::span<std::uint8_t> out);
+    void touching(const Objects<Dim, T>& objects, PairView pairs, std::span<std::uint8_t> out)
+    {
+        touching(objects, objects, pairs, out);
+    }
+    void touching(const Objects<Dim, T>& a, const Objects<Dim, T>& b, PairView pairs,
+                  std::span<std::uint8_t> out);
     /// out[i] is the distance of pair i; where that is more than `max_distance`, out[i].distance is infinite.
-    void distances(const Shapes& shapes, const Poses& poses, PairView pairs, T max_distance,
+    void distances(const Objects<Dim, T>& objects, PairView pairs, T max_distance,
+                   std::span<Distance<Dim, T>> out)
+    {
+        distances(objects, objects, pairs, max_distance, out);
+    }
+    void distances(const Objects<Dim, T>& a, const Objects<Dim, T>& b, PairView pairs, T max_distance,
                    std::span<Distance<Dim, T>> out);
-    void distances(const Shapes& shapes_a, const Poses& poses_a, const Shapes& shapes_b, const Poses& poses_b,
-                   PairView pairs, T max_distance, std::span<Distance<Dim, T>> out);
     /// Of each group of pairs the first that touches, such as what each configuration of a robot hits first.
     ///
     /// Group g is pairs[offsets[g]] to pairs[offsets[g + 1] - 1]: there is one offset more than groups, and a
@@ -279,10 +271,12 @@ class JOSTLE_API ContactFinder
     /// 16 of a group, then more and more at once, up to 512. One thread works on a group.
     /// Errors    also for offsets that don't begin with 0, descend, or don't end with pairs.size();
     ///           size_mismatch unless `out` has one element per group.
-    void first_touching(const Shapes& shapes, const Poses& poses, std::span<const Pair> pairs,
-                        std::span<const std::uint64_t> offsets, std::span<std::uint64_t> out);
-    void first_touching(const Shapes& shapes_a, const Poses& poses_a, const Shapes& shapes_b,
-                        const Poses& poses_b, std::span<const Pair> pairs,
+    void first_touching(const Objects<Dim, T>& objects, std::span<const Pair> pairs,
+                        std::span<const std::uint64_t> offsets, std::span<std::uint64_t> out)
+    {
+        first_touching(objects, objects, pairs, offsets, out);
+    }
+    void first_touching(const Objects<Dim, T>& a, const Objects<Dim, T>& b, std::span<const Pair> pairs,
                         std::span<const std::uint64_t> offsets, std::span<std::uint64_t> out);
     /// Of each group of pairs the least distance, out[g], and which pair has it, nearest[g]; of several pairs
     /// that are equally near, the first. Groups and errors are as for first_touching, but all pairs are
@@ -291,27 +285,31 @@ class JOSTLE_API ContactFinder
     /// out[g] has the bits that distances() gives for that pair. Where no distance is at most `max_distance`,
     /// it is infinite, and the pair is no_pair. Pairs that lie apart by more than that, as spheres around
     /// them tell, or by more than a nearer pair of their group, cost little.
-    void least_distances(const Shapes& shapes, const Poses& poses, std::span<const Pair> pairs,
+    void least_distances(const Objects<Dim, T>& objects, std::span<const Pair> pairs,
                          std::span<const std::uint64_t> offsets, T max_distance,
-                         std::span<Distance<Dim, T>> out, std::span<std::uint64_t> nearest);
-    void least_distances(const Shapes& shapes_a, const Poses& poses_a, const Shapes& shapes_b,
-                         const Poses& poses_b, std::span<const Pair> pairs,
+                         std::span<Distance<Dim, T>> out, std::span<std::uint64_t> nearest)
+    {
+        least_distances(objects, objects, pairs, offsets, max_distance, out, nearest);
+    }
+    void least_distances(const Objects<Dim, T>& a, const Objects<Dim, T>& b, std::span<const Pair> pairs,
                          std::span<const std::uint64_t> offsets, T max_distance,
                          std::span<Distance<Dim, T>> out, std::span<std::uint64_t> nearest);
     /// out[i] is the first impact of pair i; where there is none its time is infinite. See time_of_impact.
-    void impacts(const Shapes& shapes, const Motions& motions, PairView pairs, T tolerance,
+    void impacts(const MovingObjects<Dim, T>& objects, PairView pairs, T tolerance,
+                 std::span<Impact<Dim, T>> out)
+    {
+        impacts(objects, objects, pairs, tolerance, out);
+    }
+    void impacts(const MovingObjects<Dim, T>& a, const MovingObjects<Dim, T>& b, PairView pairs, T tolerance,
                  std::span<Impact<Dim, T>> out);
-    void impacts(const Shapes& shapes_a, const Motions& motions_a, const Shapes& shapes_b,
-                 const Motions& motions_b, PairView pairs, T tolerance, std::span<Impact<Dim, T>> out);
     /// out[i] is where ray pairs[i].a first meets object pairs[i].b; where it doesn't the fraction is
     /// infinite. See ray_cast. The pairs may be those of BoxIndex::join or of any other search.
-    void ray_casts(StridedView<Ray<Dim, T>> rays, const Shapes& shapes, const Poses& poses, PairView pairs,
+    void ray_casts(StridedView<Ray<Dim, T>> rays, const Objects<Dim, T>& objects, PairView pairs,
                    std::span<CastHit<Dim, T>> out);
     /// out[i] is where object pairs[i].a, which moves by its displacement, first touches pairs[i].b, which
     /// rests; where it doesn't the fraction is infinite. See shape_cast.
-    void shape_casts(const Shapes& moving, const Poses& poses, StridedView<Vec<Dim, T>> displacements,
-                     const Shapes& shapes, const Poses& shape_poses, PairView pairs,
-                     std::span<CastHit<Dim, T>> out);
+    void shape_casts(const Objects<Dim, T>& moving, StridedView<Vec<Dim, T>> displacements,
+                     const Objects<Dim, T>& objects, PairView pairs, std::span<CastHit<Dim, T>> out);
 
   private:
     struct Implementation;

@@ -1263,9 +1263,10 @@ JOSTLE_C_API jostle_status jostle_contact_finder_touching(jostle_contact_finder*
                                                           const jostle_objects* a, const jostle_objects* b,
                                                           const jostle_blocks* pairs, uint8_t* touching,
                                                           jostle_error* error);
-/// Distance, normal, point on a, point on b: 3 dim + 1 numbers of the space each. The distance is infinite
-/// where it is more than max_distance; below 0 it is how far b has to move along the normal, a unit vector
-/// from a to b, to come out of a. The points count from the positions of a's and b's poses, in world axes.
+/// Distance, normal, from_a, from_b: 3 dim + 1 numbers of the space each. The distance is infinite where it
+/// is more than max_distance; below 0 it is how far b has to move along the normal, a unit vector from a to
+/// b, to come out of a. from_a leads from the position of a's pose to the nearest point of a, from_b from b's
+/// to b's, in world axes.
 JOSTLE_C_API jostle_status jostle_contact_finder_distances(jostle_contact_finder* finder,
                                                            const jostle_objects* a, const jostle_objects* b,
                                                            const jostle_blocks* pairs, double max_distance,
@@ -1284,9 +1285,9 @@ JOSTLE_C_API jostle_status jostle_contact_finder_least_distances(
     jostle_contact_finder* finder, const jostle_objects* a, const jostle_objects* b,
     const jostle_blocks* pairs, const uint64_t* offsets, uint64_t groups, double max_distance,
     void* distances, uint64_t* nearest, jostle_error* error);
-/// Time, normal, point from a, point from b: 3 dim + 1 numbers of the space each. The time is from 0 to 1,
-/// and infinite where there is no impact. The normal is a unit vector from a to b; the points count from
-/// where a's and b's poses are at that time. The objects have motions in place of poses.
+/// Time, normal, from_a, from_b: 3 dim + 1 numbers of the space each. The time is from 0 to 1, and infinite
+/// where there is no impact. The normal is a unit vector from a to b; from_a and from_b lead to the point
+/// from where a's and b's poses are at that time. The objects have motions in place of poses.
 JOSTLE_C_API jostle_status jostle_contact_finder_impacts(jostle_contact_finder* finder,
                                                          const jostle_objects* a, const jostle_objects* b,
                                                          const jostle_blocks* pairs, double tolerance,

@@ -14,6 +14,7 @@
 /// | queries.hpp           | any, count, first, nearest, all, visit: the verbs of all queries    | yes     |
 /// | box_index.hpp         | boxes that seldom change, and queries about them                    | yes     |
 /// | shapes.hpp            | spheres, capsules, boxes, hulls, meshes, height fields, your own    | mostly  |
+/// | objects.hpp           | shapes and poses of many objects, their boxes, and objects that move | mostly  |
 /// | cast.hpp              | rays, and shapes that move, against shapes                          | mostly  |
 /// | closed_mesh.hpp       | which points are inside of a mesh, and how far from its surface      | mostly  |
 /// | contact.hpp           | contacts, distances and times of impact of shapes                   | mostly  |
@@ -40,6 +41,7 @@
 #include "jostle/executor.hpp"
 #include "jostle/find_pairs.hpp"
 #include "jostle/function_ref.hpp"
+#include "jostle/objects.hpp"
 #include "jostle/pair_buffer.hpp"
 #include "jostle/periodic.hpp"
 #include "jostle/process.hpp"

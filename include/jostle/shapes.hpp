@@ -4,16 +4,13 @@
 #include <array>
 #include <concepts>
 #include <cstdint>
-#include <iterator>
 #include <memory>
 #include <span>
 #include <type_traits>
-#include <utility>
 #include <vector>
 
 #include "jostle/box.hpp"
 #include "jostle/error.hpp"
-#include "jostle/executor.hpp"
 #include "jostle/version.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -342,24 +339,5 @@ using CustomShape3 = CustomShape<3>;
 template <int Dim, Coordinate T>
 [[nodiscard]] JOSTLE_API Aabb<Dim, T> bounds(const Shape<Dim>& shape, const Pose<Dim, T>& pose,
                                              std::type_identity_t<T> margin = 0);
-
-/// The same for all objects: out[i] from shapes[i] and poses[i]. The calling thread does it all unless an
-/// executor is given.
-/// Errors   `Error` where the three sizes differ, or for a negative margin.
-template <int Dim, Coordinate T>
-JOSTLE_API void bounds(StridedView<Shape<Dim>> shapes, StridedView<Pose<Dim, T>> poses,
-                       std::span<Aabb<Dim, T>> out, std::type_identity_t<T> margin = 0,
-                       Executor& executor = serial_executor());
-/// With contiguous containers, or views, of shapes and poses, and any contiguous boxes.
-template <class Shapes, class Poses, class Boxes,
-          class Box = std::remove_pointer_t<decltype(std::data(std::declval<Boxes&>()))>,
-          Coordinate T = typename decltype(Box::lo)::value_type>
-void bounds(const Shapes& shapes, const Poses& poses, Boxes&& out, std::type_identity_t<T> margin = 0,
-            Executor& executor = serial_executor())
-{
-    constexpr int dim = static_cast<int>(decltype(Box::lo)::size());
-    bounds<dim, T>(StridedView<Shape<dim>>(shapes), StridedView<Pose<dim, T>>(poses),
-                   std::span<Aabb<dim, T>>(out), margin, executor);
-}
 
 JOSTLE_NAMESPACE_END

@@ -107,26 +107,18 @@ struct Behind<jostle_contact_finder>
 
 namespace {
 
-/// Calls one(finder, a, pairs) or two(finder, a, b, pairs); `Placed` is Pose or Motion.
-template <template <int, class> class Placed, class One, class Two>
+/// Calls work(finder, a, b, pairs); without `b`, a is both. `Set` is Objects or MovingObjects.
+template <template <int, Coordinate> class Set, class Work>
 void work_on(jostle_contact_finder* finder, const jostle_objects* a, const jostle_objects* b,
-             const jostle_blocks* pairs, One&& one, Two&& two)
+             const jostle_blocks* pairs, Work&& work)
 {
     ContactFinderContent& content = open(finder);
     content.on([&]<int Dim, Coordinate T>(ContactFinder<Dim, T>& typed) {
-        const auto first = objects_of<Dim, Placed<Dim, T>>(a, "a");
+        const auto first = objects_of<Set, Dim, T>(a, "a");
         const std::span<const Pair> all = read_pairs(pairs, content.scratch);
-        if (b == nullptr)
-            one(typed, first, all);
-        else
-            two(typed, first, objects_of<Dim, Placed<Dim, T>>(b, "b"), all);
+        work(typed, first, b == nullptr ? first : objects_of<Set, Dim, T>(b, "b"), all);
     });
 }
-
-template <int Dim, class T>
-using PoseOf = Pose<Dim, T>;
-template <int Dim, class T>
-using MotionOf = Motion<Dim, T>;
 
 /// The pose, motion, ray or vector that the caller's numbers are.
 template <class Placed>
@@ -157,14 +149,10 @@ void find_contacts(jostle_contact_finder* finder, const jostle_objects* a, const
     const auto list = [&]<class Item>(const BlockBuffer<Item>& found) {
         *contacts = list_blocks<Item>(found.blocks(), found.size(), open(finder).table);
     };
-    work_on<PoseOf>(
+    work_on<Objects>(
         finder, a, b, pairs,
-        [&]<int Dim, class T>(ContactFinder<Dim, T>& typed, const auto& of, auto all) {
-            list(find(typed, of.shapes, of.placed, all, static_cast<T>(margin)));
-        },
         [&]<int Dim, class T>(ContactFinder<Dim, T>& typed, const auto& of, const auto& and_of, auto all) {
-            list(
-                find(typed, of.shapes, of.placed, and_of.shapes, and_of.placed, all, static_cast<T>(margin)));
+            list(find(typed, of, and_of, all, static_cast<T>(margin)));
         });
 }
 
@@ -250,17 +238,10 @@ jostle_status jostle_contact_finder_touching(jostle_contact_finder* finder, cons
                                              uint8_t* touching, jostle_error* error)
 {
     return guarded(error, [&] {
-        const auto out = [&](std::span<const Pair> all) {
-            return std::span(wanted_array(touching, all.size(), "touching"), all.size());
-        };
-        work_on<PoseOf>(
-            finder, a, b, pairs,
-            [&](auto& typed, const auto& of, auto all) {
-                typed.touching(of.shapes, of.placed, all, out(all));
-            },
-            [&](auto& typed, const auto& of, const auto& and_of, auto all) {
-                typed.touching(of.shapes, of.placed, and_of.shapes, and_of.placed, all, out(all));
-            });
+        work_on<Objects>(finder, a, b, pairs, [&](auto& typed, const auto& of, const auto& and_of, auto all) {
+            typed.touching(of, and_of, all,
+                           std::span(wanted_array(touching, all.size(), "touching"), all.size()));
+        });
     });
 }
 jostle_status jostle_contact_finder_distances(jostle_contact_finder* finder, const jostle_objects* a,
@@ -268,21 +249,14 @@ jostle_status jostle_contact_finder_distances(jostle_contact_finder* finder, con
                                               double max_distance, void* distances, jostle_error* error)
 {
     return guarded(error, [&] {
-        work_on<PoseOf>(
-            finder, a, b, pairs,
-            [&]<int Dim, class T>(ContactFinder<Dim, T>& typed, const auto& of, auto all) {
-                typed.distances(
-                    of.shapes, of.placed, all, static_cast<T>(max_distance),
-                    std::span(wanted_array_of<Distance<Dim, T>>(distances, all.size(), "distances"),
-                              all.size()));
-            },
-            [&]<int Dim, class T>(ContactFinder<Dim, T>& typed, const auto& of, const auto& and_of,
-                                  auto all) {
-                typed.distances(
-                    of.shapes, of.placed, and_of.shapes, and_of.placed, all, static_cast<T>(max_distance),
-                    std::span(wanted_array_of<Distance<Dim, T>>(distances, all.size(), "distances"),
-                              all.size()));
-            });
+        work_on<Objects>(finder, a, b, pairs,
+                         [&]<int Dim, class T>(ContactFinder<Dim, T>& typed, const auto& of,
+                                               const auto& and_of, auto all) {
+                             typed.distances(of, and_of, all, static_cast<T>(max_distance),
+                                             std::span(wanted_array_of<Distance<Dim, T>>(
+                                                           distances, all.size(), "distances"),
+                                                       all.size()));
+                         });
     });
 }
 jostle_status jostle_contact_finder_first_touching(jostle_contact_finder* finder, const jostle_objects* a,
@@ -293,14 +267,9 @@ jostle_status jostle_contact_finder_first_touching(jostle_contact_finder* finder
     return guarded(error, [&] {
         const std::span bounds = offsets_of(offsets, groups, "groups");
         const std::span out(wanted_array(first, groups, "first"), groups);
-        work_on<PoseOf>(
-            finder, a, b, pairs,
-            [&](auto& typed, const auto& of, auto all) {
-                typed.first_touching(of.shapes, of.placed, all, bounds, out);
-            },
-            [&](auto& typed, const auto& of, const auto& and_of, auto all) {
-                typed.first_touching(of.shapes, of.placed, and_of.shapes, and_of.placed, all, bounds, out);
-            });
+        work_on<Objects>(finder, a, b, pairs, [&](auto& typed, const auto& of, const auto& and_of, auto all) {
+            typed.first_touching(of, and_of, all, bounds, out);
+        });
     });
 }
 jostle_status jostle_contact_finder_least_distances(jostle_contact_finder* finder, const jostle_objects* a,
@@ -312,19 +281,14 @@ jostle_status jostle_contact_finder_least_distances(jostle_contact_finder* finde
     return guarded(error, [&] {
         const std::span bounds = offsets_of(offsets, groups, "groups");
         const std::span which(wanted_array(nearest, groups, "nearest"), groups);
-        const auto out = [&]<int Dim, class T>(const ContactFinder<Dim, T>&) {
-            return std::span(wanted_array_of<Distance<Dim, T>>(distances, groups, "distances"), groups);
-        };
-        work_on<PoseOf>(
+        work_on<Objects>(
             finder, a, b, pairs,
-            [&]<int Dim, class T>(ContactFinder<Dim, T>& typed, const auto& of, auto all) {
-                typed.least_distances(of.shapes, of.placed, all, bounds, static_cast<T>(max_distance),
-                                      out(typed), which);
-            },
             [&]<int Dim, class T>(ContactFinder<Dim, T>& typed, const auto& of, const auto& and_of,
                                   auto all) {
-                typed.least_distances(of.shapes, of.placed, and_of.shapes, and_of.placed, all, bounds,
-                                      static_cast<T>(max_distance), out(typed), which);
+                typed.least_distances(
+                    of, and_of, all, bounds, static_cast<T>(max_distance),
+                    std::span(wanted_array_of<Distance<Dim, T>>(distances, groups, "distances"), groups),
+                    which);
             });
     });
 }
@@ -333,17 +297,12 @@ jostle_status jostle_contact_finder_impacts(jostle_contact_finder* finder, const
                                             double tolerance, void* impacts, jostle_error* error)
 {
     return guarded(error, [&] {
-        work_on<MotionOf>(
+        work_on<MovingObjects>(
             finder, a, b, pairs,
-            [&]<int Dim, class T>(ContactFinder<Dim, T>& typed, const auto& of, auto all) {
-                typed.impacts(
-                    of.shapes, of.placed, all, static_cast<T>(tolerance),
-                    std::span(wanted_array_of<Impact<Dim, T>>(impacts, all.size(), "impacts"), all.size()));
-            },
             [&]<int Dim, class T>(ContactFinder<Dim, T>& typed, const auto& of, const auto& and_of,
                                   auto all) {
                 typed.impacts(
-                    of.shapes, of.placed, and_of.shapes, and_of.placed, all, static_cast<T>(tolerance),
+                    of, and_of, all, static_cast<T>(tolerance),
                     std::span(wanted_array_of<Impact<Dim, T>>(impacts, all.size(), "impacts"), all.size()));
             });
     });
@@ -356,11 +315,11 @@ jostle_status jostle_contact_finder_ray_casts(jostle_contact_finder* finder, con
     return guarded(error, [&] {
         ContactFinderContent& content = open(finder);
         content.on([&]<int Dim, Coordinate T>(ContactFinder<Dim, T>& typed) {
-            const auto of = objects_of<Dim, Pose<Dim, T>>(objects, "objects");
+            const auto of = objects_of<Objects, Dim, T>(objects, "objects");
             const auto given = view<Ray<Dim, T>>(wanted(rays, "rays"), "rays");
             const std::span<const Pair> all = read_pairs(pairs, content.scratch);
             typed.ray_casts(
-                given, of.shapes, of.placed, all,
+                given, of, all,
                 std::span(wanted_array_of<CastHit<Dim, T>>(hits, all.size(), "hits"), all.size()));
         });
     });
@@ -373,12 +332,12 @@ jostle_status jostle_contact_finder_shape_casts(jostle_contact_finder* finder, c
     return guarded(error, [&] {
         ContactFinderContent& content = open(finder);
         content.on([&]<int Dim, Coordinate T>(ContactFinder<Dim, T>& typed) {
-            const auto movers = objects_of<Dim, Pose<Dim, T>>(moving, "moving");
-            const auto of = objects_of<Dim, Pose<Dim, T>>(objects, "objects");
+            const auto movers = objects_of<Objects, Dim, T>(moving, "moving");
+            const auto of = objects_of<Objects, Dim, T>(objects, "objects");
             const auto ways = view<Vec<Dim, T>>(wanted(displacements, "displacements"), "displacements");
             const std::span<const Pair> all = read_pairs(pairs, content.scratch);
             typed.shape_casts(
-                movers.shapes, movers.placed, ways, of.shapes, of.placed, all,
+                movers, ways, of, all,
                 std::span(wanted_array_of<CastHit<Dim, T>>(hits, all.size(), "hits"), all.size()));
         });
     });

@@ -43,16 +43,16 @@ void with_casts(const jostle_casts& given, F&& inside)
         return inside(packed);
     }
     if (given.rays.count != 0) refuse("casts has both rays and shapes that move: give one or the other");
-    const auto moving = objects_of<Dim, Pose<Dim, T>>(given.moving, "moving");
+    const auto moving = objects_of<Objects, Dim, T>(given.moving, "moving");
     const auto ways = view<Vec<Dim, T>>(given.displacements, "displacements");
-    if (moving.shapes.size() != moving.placed.size() || ways.size() != moving.placed.size())
+    if (moving.shapes.size() != moving.poses.size() || ways.size() != moving.poses.size())
         refuse("there are " + std::to_string(moving.shapes.size()) + " shapes that move, " +
-                   std::to_string(moving.placed.size()) + " poses and " + std::to_string(ways.size()) +
+                   std::to_string(moving.poses.size()) + " poses and " + std::to_string(ways.size()) +
                    " displacements: give one of each per shape",
                JOSTLE_SIZE_MISMATCH);
     std::vector<ShapeSweep<Dim, T>> packed(ways.size());
     for (std::size_t i = 0; i < ways.size(); ++i)
-        packed[i] = {moving.shapes[i], moving.placed[i], ways[i]};
+        packed[i] = {moving.shapes[i], moving.poses[i], ways[i]};
     inside(packed);
 }
 
@@ -75,14 +75,14 @@ void ask_first_hits(const Asked& asked, const jostle_objects* objects, const jos
 {
     constexpr int dim = Asked::dim;
     using T = typename Asked::Number;
-    const auto of = objects_of<dim, Pose<dim, T>>(objects, "objects");
+    const auto of = objects_of<Objects, dim, T>(objects, "objects");
     const std::uint64_t count = count_of(casts);
     wanted_array(ids, count, "ids");
     auto* const out = wanted_array_of<CastHit<dim, T>>(hits, count, "hits");
     const Filters<Wish, Filter> wishes(filters, filter_count, count);
     with_casts<dim, T>(*casts, [&](const auto& questions) {
         std::vector<typename Asked::FoundShape> found(questions.size());
-        asked.first(questions, {of.shapes, of.placed}, found, as_query_filters(wishes.all()));
+        asked.first(questions, {of.shapes, of.poses}, found, as_query_filters(wishes.all()));
         take_apart<CastHit<dim, T>>(std::span<const typename Asked::FoundShape>(found), ids, out, id_of);
     });
 }
@@ -95,12 +95,12 @@ void ask_all_hits(const Asked& asked, const jostle_objects* objects, const jostl
     constexpr int dim = Asked::dim;
     using T = typename Asked::Number;
     using Plain = CastHit<dim, T>;
-    const auto of = objects_of<dim, Pose<dim, T>>(objects, "objects");
+    const auto of = objects_of<Objects, dim, T>(objects, "objects");
     const Filters<Wish, Filter> wishes(filters, filter_count, count_of(casts));
     into.begin();
     with_casts<dim, T>(*casts, [&](const auto& questions) {
         ResultLists<typename Asked::FoundShape> found(into.kept.resource());
-        asked.all(questions, {of.shapes, of.placed}, found, as_query_filters(wishes.all()), max_results);
+        asked.all(questions, {of.shapes, of.poses}, found, as_query_filters(wishes.all()), max_results);
         const auto hits = found.items();
         start(into.lists, true);
         for (std::size_t i = 0; i < found.size(); ++i) {
@@ -124,11 +124,11 @@ void ask_nearest_shapes(const Asked& asked, const jostle_objects* objects, const
 {
     constexpr int dim = Asked::dim;
     using T = typename Asked::Number;
-    const auto of = objects_of<dim, Pose<dim, T>>(objects, "objects");
-    const auto askers = objects_of<dim, Pose<dim, T>>(near, "near");
+    const auto of = objects_of<Objects, dim, T>(objects, "objects");
+    const auto askers = objects_of<Objects, dim, T>(near, "near");
     const StridedView<double> most =
         max_distances == nullptr ? StridedView<double>() : view<double>(*max_distances, "max_distances");
-    const std::size_t count = askers.placed.size();
+    const std::size_t count = askers.poses.size();
     if (askers.shapes.size() != count || (most.size() != 0 && most.size() != count))
         refuse("near has " + std::to_string(askers.shapes.size()) + " shapes and " + std::to_string(count) +
                    " poses, and there are " + std::to_string(most.size()) +
@@ -139,11 +139,11 @@ void ask_nearest_shapes(const Asked& asked, const jostle_objects* objects, const
     const Filters<Wish, Filter> wishes(filters, filter_count, count);
     std::vector<NearestToShape<dim, T>> questions(count);
     for (std::size_t i = 0; i < count; ++i) {
-        questions[i] = {askers.shapes[i], askers.placed[i]};
+        questions[i] = {askers.shapes[i], askers.poses[i]};
         if (most.size() != 0) questions[i].max_distance = static_cast<T>(most[i]);
     }
     std::vector<typename Asked::FoundDistance> found(count);
-    asked.nearest(questions, {of.shapes, of.placed}, found, as_query_filters(wishes.all()));
+    asked.nearest(questions, {of.shapes, of.poses}, found, as_query_filters(wishes.all()));
     take_apart<Distance<dim, T>>(std::span<const typename Asked::FoundDistance>(found), ids, out, id_of);
 }
 

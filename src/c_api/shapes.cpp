@@ -486,10 +486,10 @@ jostle_status jostle_bounds(jostle_space space, const jostle_objects* objects, d
         in_space(space, [&](auto in) {
             constexpr int dim = decltype(in)::dim;
             using T = typename decltype(in)::T;
-            const auto given = objects_of<dim, Pose<dim, T>>(objects, "objects");
+            const auto given = objects_of<Objects, dim, T>(objects, "objects");
             const std::size_t count = given.shapes.size();
             auto* const out = wanted_array_of<Aabb<dim, T>>(boxes, count, "boxes");
-            bounds<dim, T>(given.shapes, given.placed, std::span(out, count), static_cast<T>(margin),
+            bounds<dim, T>(given, std::span(out, count), static_cast<T>(margin),
                            kept == nullptr ? serial_executor() : *kept);
         });
     });

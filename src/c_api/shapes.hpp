@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <concepts>
 #include <memory>
 #include <optional>
+#include <type_traits>
 #include <variant>
 #include <vector>
 
 #include "c_api/handles.hpp"
 #include "jostle/contact.hpp"
+#include "jostle/objects.hpp"
 #include "jostle/shapes.hpp"
 
 namespace jostle::c_api {
@@ -103,16 +106,12 @@ const OneShape<Dim>& shape_of(const jostle_shape* shape, const char* name)
     return *found;
 }
 
-/// Shapes and poses, or motions, of objects.
-template <int Dim, class Placed>
-struct Objects
+/// Shapes and poses, or motions; `Set` is Objects or MovingObjects.
+template <template <int, Coordinate> class Set, int Dim, Coordinate T>
+Set<Dim, T> objects_of(const jostle_objects* objects, const char* name)
 {
-    StridedView<Shape<Dim>> shapes;
-    StridedView<Placed> placed;
-};
-template <int Dim, class Placed>
-Objects<Dim, Placed> objects_of(const jostle_objects* objects, const char* name)
-{
+    constexpr bool moves = std::same_as<Set<Dim, T>, MovingObjects<Dim, T>>;
+    using Placed = std::conditional_t<moves, Motion<Dim, T>, Pose<Dim, T>>;
     const jostle_objects& given = wanted(objects, name);
     const ShapesContent& content = open(given.shapes);
     const auto* const many = std::get_if<ManyShapes<Dim>>(&content.shapes);

@@ -196,7 +196,7 @@ TEST_F(CShapes, CopiedFromOtherListsKeepWhatTheyPointTo)
     const jostle_objects objects{copied, values_of(poses)};
     ASSERT_EQ(jostle_bounds(JOSTLE_3F, &objects, 0, nullptr, bounds.data(), &error), JOSTLE_OK)
         << error.message;
-    jostle::bounds<3, float>(expected, poses, expected_bounds, 0);
+    jostle::bounds({expected, poses}, expected_bounds);
     expect_same_bytes(bounds, expected_bounds);
     EXPECT_EQ(jostle_shapes_free(copied, &error), JOSTLE_OK);
 }
@@ -213,7 +213,7 @@ TEST_F(CShapes, RepeatForAWholeMultipleOfPoses)
         if (expected.back().type() == jostle::ShapeTypes::half_space) poses.back() = {};
     }
     std::vector<Aabb3f> bounds(poses.size()), expected_bounds(poses.size());
-    jostle::bounds<3, float>(expected, poses, expected_bounds, 0);
+    jostle::bounds({expected, poses}, expected_bounds);
     const jostle_objects objects{shapes, values_of(poses)};
     const auto ask = [&](const jostle_objects& of) {
         return jostle_bounds(JOSTLE_3F, &of, 0, nullptr, bounds.data(), &error);
@@ -245,8 +245,8 @@ TEST_F(CShapes, MeetAsTheirTwinsDo)
             jostle_blocks found;
             OK(jostle_contact_finder_find(contact_finder, &one, two ? &other : nullptr, &given, margin,
                                           &found, &error));
-            const auto& expected = two ? twin.find(twins, poses, more_twins, more_poses, pairs, margin)
-                                       : twin.find(twins, poses, pairs, margin);
+            const auto& expected = two ? twin.find({twins, poses}, {more_twins, more_poses}, pairs, margin)
+                                       : twin.find({twins, poses}, pairs, margin);
             const auto contacts = items_of<jostle::Contact<3, float>>(found);
             ASSERT_EQ(contacts.size(), expected.size());
             EXPECT_GT(contacts.size(), 5u);
@@ -266,23 +266,23 @@ TEST_F(CShapes, MeetAsTheirTwinsDo)
         std::vector<std::uint8_t> touching(pairs.size()), touching_twin(pairs.size());
         OK(jostle_contact_finder_touching(contact_finder, &one, two ? &other : nullptr, &given,
                                           touching.data(), &error));
-        two ? twin.touching(twins, poses, more_twins, more_poses, pairs, touching_twin)
-            : twin.touching(twins, poses, pairs, touching_twin);
+        two ? twin.touching({twins, poses}, {more_twins, more_poses}, pairs, touching_twin)
+            : twin.touching({twins, poses}, pairs, touching_twin);
         EXPECT_EQ(touching, touching_twin);
         for (const float most : {2.0f, std::numeric_limits<float>::infinity()}) {
             std::vector<jostle::Distance<3, float>> distances(pairs.size()), expected(pairs.size());
             OK(jostle_contact_finder_distances(contact_finder, &one, two ? &other : nullptr, &given, most,
                                                distances.data(), &error));
-            two ? twin.distances(twins, poses, more_twins, more_poses, pairs, most, expected)
-                : twin.distances(twins, poses, pairs, most, expected);
+            two ? twin.distances({twins, poses}, {more_twins, more_poses}, pairs, most, expected)
+                : twin.distances({twins, poses}, pairs, most, expected);
             expect_same_bytes(distances, expected);
         }
         for (const float tolerance : {0.001f, 0.5f}) {
             std::vector<jostle::Impact<3, float>> impacts(pairs.size()), expected(pairs.size());
             OK(jostle_contact_finder_impacts(contact_finder, &moving, two ? &other_moving : nullptr, &given,
                                              tolerance, impacts.data(), &error));
-            two ? twin.impacts(twins, motions, more_twins, more_motions, pairs, tolerance, expected)
-                : twin.impacts(twins, motions, pairs, tolerance, expected);
+            two ? twin.impacts({twins, motions}, {more_twins, more_motions}, pairs, tolerance, expected)
+                : twin.impacts({twins, motions}, pairs, tolerance, expected);
             expect_same_bytes(impacts, expected);
         }
     }
@@ -317,7 +317,7 @@ TEST_F(CShapes, OfOnePairMeetAsTheirTwinsDo)
         EXPECT_EQ(distance.distance,
                   expected_distance ? expected_distance->distance : std::numeric_limits<float>::infinity());
         if (expected_distance) {
-            EXPECT_EQ(distance.point_b, expected_distance->point_b);
+            EXPECT_EQ(distance.from_b, expected_distance->from_b);
         }
         jostle::Impact<3, float> impact;
         OK(jostle_time_of_impact(JOSTLE_3F, box, &a, capsule, &b, 0.25, &impact, &error));

@@ -123,13 +123,13 @@ class Works
         }
         case 4: {
             const std::vector<Pair> pairs = finder_.find(view, {}, Order::sorted).to_vector();
-            const auto found = contacts_.find(shapes_, poses_, pairs).to_vector();
+            const auto found = contacts_.find({shapes_, poses_}, pairs).to_vector();
             return {found.size(), found.empty() ? 0 : found.back().pair.a};
         }
         case 5: {
             const std::vector<Pair> pairs = finder_.find(view, {}, Order::sorted).to_vector();
             std::vector<Distance<3, float>> out(pairs.size());
-            contacts_.distances(shapes_, poses_, pairs, 5, out);
+            contacts_.distances({shapes_, poses_}, pairs, 5, out);
             std::uint64_t near = 0;
             for (const auto& each : out)
                 near += each.distance < 0.5f;

@@ -38,7 +38,7 @@ bool runs_out(const Call& call)
 }
 
 template <int Dim, class T>
-struct Objects
+struct ZooObjects
 {
     Random random{Dim};
     Zoo<Dim> zoo{random, 1};
@@ -46,7 +46,7 @@ struct Objects
     std::vector<Motion<Dim, T>> motions;
     std::vector<Pair> pairs;
 
-    Objects()
+    ZooObjects()
     {
         for (std::uint32_t i = 0; i < zoo.shapes.size(); ++i) {
             poses.push_back(random_pose<Dim, T>(random, 2));
@@ -85,19 +85,19 @@ struct Answers
 template <int Dim, class T>
 void starve_a_finder(Executor& executor)
 {
-    const Objects<Dim, T> objects;
+    const ZooObjects<Dim, T> objects;
     const auto& [random, zoo, poses, motions, pairs] = objects;
     const auto ask = [&](ContactFinder<Dim, T>& finder, Answers<Dim, T>& out, int what) {
-        if (what == 0) (void)finder.find(zoo.shapes, poses, pairs, T(0.1));
-        if (what == 1) finder.touching(zoo.shapes, poses, pairs, out.touching);
-        if (what == 2) finder.distances(zoo.shapes, poses, pairs, T(3), out.distances);
-        if (what == 3) finder.impacts(zoo.shapes, motions, pairs, T(0.01), out.impacts);
+        if (what == 0) (void)finder.find({zoo.shapes, poses}, pairs, T(0.1));
+        if (what == 1) finder.touching({zoo.shapes, poses}, pairs, out.touching);
+        if (what == 2) finder.distances({zoo.shapes, poses}, pairs, T(3), out.distances);
+        if (what == 3) finder.impacts({zoo.shapes, motions}, pairs, T(0.01), out.impacts);
     };
     const auto ask_all = [&](ContactFinder<Dim, T>& finder) {
         Answers<Dim, T> all(pairs.size());
         for (int what = 0; what < 4; ++what)
             ask(finder, all, what);
-        all.contacts = finder.find(zoo.shapes, poses, pairs, T(0.1)).to_vector();
+        all.contacts = finder.find({zoo.shapes, poses}, pairs, T(0.1)).to_vector();
         return all;
     };
     ContactFinder<Dim, T> sound({.executor = &executor});

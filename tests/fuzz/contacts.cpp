@@ -29,11 +29,11 @@ void compare_forms(const Shape<Dim>& a, const Pose<Dim, double>& pose_a, const S
         ContactFinder<Dim, double> finder(options);
         std::uint8_t touch[1];
         Distance<Dim, double> between[1];
-        finder.touching(shapes, poses, pairs, touch);
+        finder.touching({shapes, poses}, pairs, touch);
         fuzz::demand((touch[0] != 0) == touching(a, pose_a, b, pose_b), "touching() says otherwise alone");
-        finder.distances(shapes, poses, pairs, HUGE_VAL, between);
+        finder.distances({shapes, poses}, pairs, HUGE_VAL, between);
         fuzz::demand(!gap || between[0].distance == gap->distance, "distances() says otherwise alone");
-        const auto found = finder.find(shapes, poses, pairs, margin).to_vector();
+        const auto found = finder.find({shapes, poses}, pairs, margin).to_vector();
         if (!first) first = found;
         bool same = found.size() == first->size();
         for (std::size_t k = 0; same && k < found.size(); ++k) {
@@ -67,7 +67,7 @@ void compare_with_definition(Random& random)
     const Pose3d poses[] = {pose_a, pose_b};
     const Pair pairs[] = {{0, 1}};
     ContactFinder3d finder({.executor = &serial_executor()});
-    const auto contacts = finder.find(shapes, poses, pairs, margin).to_vector();
+    const auto contacts = finder.find({shapes, poses}, pairs, margin).to_vector();
     fuzz::demand(contacts.size() == (expected <= margin ? 1u : 0u), "a contact where none is, or none");
     if (contacts.empty()) return;
     double deepest = -HUGE_VAL;

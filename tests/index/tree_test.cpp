@@ -49,12 +49,12 @@ double visits(const Tree& tree, std::span<const Aabb3f> questions)
     return static_cast<double>(opened) / static_cast<double>(questions.size());
 }
 
-struct Objects
+struct TreeObjects
 {
     std::vector<std::uint32_t> ids;
     std::vector<Aabb3f> boxes;
 
-    Objects(Kind kind, std::uint32_t count, std::uint64_t seed)
+    TreeObjects(Kind kind, std::uint32_t count, std::uint64_t seed)
     {
         Random random(seed);
         for (std::uint32_t i = 0; i < count; ++i) {
@@ -82,7 +82,7 @@ class Churn : public ::testing::TestWithParam<int>
 TEST_P(Churn, LeavesTheTreeAsGoodAsNew)
 {
     const Kind kind = static_cast<Kind>(GetParam());
-    Objects objects(kind, 12000, 3);
+    TreeObjects objects(kind, 12000, 3);
     Random random(5);
     Tree tree{IndexOptions{}};
     tree.insert(objects.ids, View(objects.boxes));
@@ -126,7 +126,7 @@ TEST(Order, SearchesStayShortWhereverBoxesLie)
 {
     for (const Kind kind : {Kind::uniform, Kind::growing, Kind::outliers}) {
         const auto opened = [&](std::uint32_t count) {
-            const Objects objects(kind, count, 3);
+            const TreeObjects objects(kind, count, 3);
             Tree tree{IndexOptions{}};
             tree.insert(objects.ids, View(objects.boxes));
             EXPECT_EQ(tree.validate(), nullptr);
@@ -142,7 +142,7 @@ TEST(Order, SearchesStayShortWhereverBoxesLie)
 TEST(Order, OfBoxesFarApartIsThatOfInsertingThemOneByOne)
 {
     for (const Kind kind : {Kind::growing, Kind::outliers}) {
-        const Objects objects(kind, 3000, 5);
+        const TreeObjects objects(kind, 3000, 5);
         Tree built{IndexOptions{}}, grown{IndexOptions{}};
         built.insert(objects.ids, View(objects.boxes));
         for (std::size_t i = 0; i < objects.ids.size(); ++i) {
@@ -160,7 +160,7 @@ TEST(Hull, OfThoseThatCountIsFoundWithoutTheOthers)
     Random random(9);
     for (int kind = 0; kind <= static_cast<int>(Kind::last); ++kind)
         for (const std::uint32_t count : {0u, 1u, 2u, 15u, 16u, 17u, 255u, 256u, 257u, 5000u}) {
-            const Objects objects(static_cast<Kind>(kind), count, 3 + count);
+            const TreeObjects objects(static_cast<Kind>(kind), count, 3 + count);
             Tree tree{IndexOptions{}};
             tree.insert(objects.ids, View(objects.boxes));
             for (const std::uint32_t share : {0u, 1u, 2u, 50u, 1000u}) { // one of so many doesn't count
@@ -317,7 +317,7 @@ TEST(Stats, DepthIsTheLongestWayToAPage)
     std::uint32_t done = 0;
     for (const auto& [count, least, most] : {std::tuple(10u, 0u, 0u), std::tuple(300u, 1u, 1u),
                                              std::tuple(2000u, 1u, 2u), std::tuple(20000u, 2u, 5u)}) {
-        const Objects objects(Kind::uniform, count, 11);
+        const TreeObjects objects(Kind::uniform, count, 11);
         tree.insert(std::span(objects.ids).subspan(done), View(std::span(objects.boxes).subspan(done)));
         done = count;
         EXPECT_EQ(tree.stats().depth, depth_below(tree.root())) << count;
@@ -341,7 +341,7 @@ class Following : public ::testing::TestWithParam<int>
 TEST_P(Following, IsAsGoodAsMovingOneByOne)
 {
     const Kind kind = static_cast<Kind>(GetParam());
-    Objects objects(kind, 6000, 3);
+    TreeObjects objects(kind, 6000, 3);
     Random random(5);
     IndexOptions options, on_three;
     const auto three = make_thread_executor(3);
@@ -428,7 +428,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, Following, ::testing::Range(0, static_cast<int>
 
 TEST(Order, OfInsertionDoesNotMatter)
 {
-    Objects objects(Kind::uniform, 12000, 3);
+    TreeObjects objects(Kind::uniform, 12000, 3);
     std::vector<std::uint32_t> order = objects.ids;
     std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
         return objects.boxes[a].lo[0] < objects.boxes[b].lo[0];
@@ -455,7 +455,7 @@ TEST(Moving, ManyIsBuildingAnew)
     for (int kind = 0; kind <= static_cast<int>(Kind::last); ++kind)
         for (const std::size_t moving : {257u, 299u, 300u, 1500u, 2999u, 3000u}) {
             SCOPED_TRACE(testing::Message() << twin::name(static_cast<Kind>(kind)) << ", " << moving);
-            Objects objects(static_cast<Kind>(kind), 3000, 9);
+            TreeObjects objects(static_cast<Kind>(kind), 3000, 9);
             for (std::uint32_t& id : objects.ids)
                 id = 3 * id + 1; // some ids are nobody's
             Tree tree{IndexOptions{}};
@@ -491,7 +491,7 @@ TEST(Moving, ManyIsBuildingAnew)
 
 TEST(LookAround, FindsNothingInAnIndexThatIsEmptyByNow)
 {
-    const Objects objects(Kind::uniform, 1000, 6);
+    const TreeObjects objects(Kind::uniform, 1000, 6);
     BoxIndex3f index;
     index.insert(objects.ids, View(objects.boxes));
     BoxIndexAccess::look_around(index, View(objects.boxes));
@@ -506,7 +506,7 @@ TEST(LookAround, FindsNothingInAnIndexThatIsEmptyByNow)
 /// Who builds again and again gets the memory of the last but one.
 TEST(Memory, BuildingAgainTakesNone)
 {
-    const Objects objects(Kind::uniform, 20000, 4), others(Kind::clusters, 20000, 5);
+    const TreeObjects objects(Kind::uniform, 20000, 4), others(Kind::clusters, 20000, 5);
     contract::CountingMemory memory;
     IndexOptions options;
     options.memory = &memory;
@@ -535,7 +535,7 @@ TEST(Memory, BuildingAgainTakesNone)
 
 TEST(Memory, RunningOutLeavesTheTreeAsItWas)
 {
-    const Objects objects(Kind::clusters, 3000, 9), more(Kind::power_law, 3000, 10);
+    const TreeObjects objects(Kind::clusters, 3000, 9), more(Kind::power_law, 3000, 10);
     std::vector<std::uint32_t> new_ids, many, few; // few are moved one by one, many by building anew
     for (const std::uint32_t id : more.ids) {
         new_ids.push_back(id + 3000);
@@ -644,7 +644,7 @@ TEST(Memory, ComesBackWhenReleased)
     contract::CountingMemory memory;
     IndexOptions options;
     options.memory = &memory;
-    const Objects objects(Kind::uniform, 3000, 4);
+    const TreeObjects objects(Kind::uniform, 3000, 4);
     BoxIndex3f index(options);
     std::pmr::vector<Pair> pairs, again;
     index.insert(objects.ids, View(objects.boxes));
@@ -679,7 +679,7 @@ TEST(Memory, ASteadyWorldTakesNoMore)
     contract::CountingMemory memory;
     IndexOptions options;
     options.memory = &memory;
-    Objects objects(Kind::uniform, 5000, 4);
+    TreeObjects objects(Kind::uniform, 5000, 4);
     Tree tree(options);
     tree.insert(objects.ids, View(objects.boxes));
     Random random(1);

@@ -16,7 +16,7 @@ TEST(Bounds, OfContainers)
     const std::vector<Shape3> shapes = {Shape3::sphere(1), Shape3::box({1, 2, 3})};
     const std::array<Pose3f, 2> poses = {Pose3f{{5, 0, 0}}, Pose3f{}};
     std::vector<Aabb3f> boxes(2);
-    bounds(shapes, poses, boxes, 0.5);
+    bounds({shapes, poses}, boxes, 0.5);
     for (std::size_t i = 0; i < 2; ++i) {
         const Aabb3f one = bounds(shapes[i], poses[i], 0.5f);
         for (std::size_t d = 0; d < 3; ++d) {
@@ -24,9 +24,9 @@ TEST(Bounds, OfContainers)
             EXPECT_EQ(boxes[i].hi[d], one.hi[d]);
         }
     }
-    EXPECT_THROW(bounds(shapes, poses, boxes, -0.5), Error);
+    EXPECT_THROW(bounds({shapes, poses}, boxes, -0.5), Error);
     boxes.resize(3);
-    EXPECT_THROW(bounds(shapes, poses, boxes), Error);
+    EXPECT_THROW(bounds({shapes, poses}, boxes), Error);
 }
 
 TEST(Bounds, OfAnInvalidPoseAreNaN)

@@ -574,10 +574,10 @@ TYPED_TEST(Casts, InBatchesHaveTheSameBitsOnAnySetAndThreads)
             options.instruction_set = set;
             ContactFinder<Dim, T> finder(options);
             std::vector<CastHit<Dim, T>> out(pairs.size());
-            finder.ray_casts(rays, zoo.shapes, poses, pairs, out);
+            finder.ray_casts(rays, {zoo.shapes, poses}, pairs, out);
             for (std::size_t i = 0; i < out.size(); ++i)
                 ASSERT_TRUE(same(out[i], expected_rays[i])) << i;
-            finder.shape_casts(movers, starts, ways, zoo.shapes, poses, pairs, out);
+            finder.shape_casts({movers, starts}, ways, {zoo.shapes, poses}, pairs, out);
             for (std::size_t i = 0; i < out.size(); ++i)
                 ASSERT_TRUE(same(out[i], expected_shapes[i])) << i;
         }
@@ -617,7 +617,7 @@ TEST(Casts, OfWhatIsNoRayAreErrors)
     std::vector<CastHit3d> out(1);
     ContactFinder3d finder;
     const auto cast = [&](Pair pair) {
-        return message([&] { finder.ray_casts(rays, shapes, poses, std::vector<Pair>{pair}, out); });
+        return message([&] { finder.ray_casts(rays, {shapes, poses}, std::vector<Pair>{pair}, out); });
     };
     EXPECT_EQ(cast({0, 1}), "");
     EXPECT_NE(cast({1, 0}).find("the ray 1 has"), std::string::npos) << cast({1, 0});
@@ -625,7 +625,7 @@ TEST(Casts, OfWhatIsNoRayAreErrors)
     EXPECT_NE(cast({0, 2}).find("pair 0 names"), std::string::npos);
     const std::vector<Vec3d> ways{{0, 0, 0}};
     EXPECT_NE(message([&] {
-                  finder.shape_casts(shapes, poses, ways, shapes, poses, std::vector<Pair>{{0, 1}}, out);
+                  finder.shape_casts({shapes, poses}, ways, {shapes, poses}, std::vector<Pair>{{0, 1}}, out);
               }).find("1 displacements"),
               std::string::npos);
 }

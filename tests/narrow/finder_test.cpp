@@ -35,10 +35,10 @@ TEST(ContactFinder, LooksAtNoObjectThatNoPairNames)
     std::uint8_t touch[1];
     Distance<3, float> distance[1];
     Impact<3, float> impact[1];
-    EXPECT_EQ(finder.find(shapes, poses, pairs).size(), 1u);
-    finder.touching(shapes, poses, pairs, touch);
-    finder.distances(shapes, poses, pairs, 1, distance);
-    finder.impacts(shapes, motions, pairs, 0.1f, impact);
+    EXPECT_EQ(finder.find({shapes, poses}, pairs).size(), 1u);
+    finder.touching({shapes, poses}, pairs, touch);
+    finder.distances({shapes, poses}, pairs, 1, distance);
+    finder.impacts({shapes, motions}, pairs, 0.1f, impact);
     EXPECT_EQ(touch[0], 1);
     EXPECT_EQ(distance[0].distance, -2);
     EXPECT_EQ(impact[0].time, 0);
@@ -71,18 +71,18 @@ TEST(ContactFinder, NamesTheFirstBadPoseAmongDistancesOfAllTypes)
                 return pair.a >= first || pair.b >= first;
             });
             const std::uint32_t object = named->a >= first ? named->a : named->b;
-            const Error error = error_of([&] { finder.distances(shapes, bad, pairs, 1, out); });
+            const Error error = error_of([&] { finder.distances({shapes, bad}, pairs, 1, out); });
             EXPECT_EQ(error.index(), object);
             EXPECT_NE(std::string(error.what()).find(what), std::string::npos) << error.what();
             // One alone.
             std::vector<Pose3f> one_bad = poses;
             spoil(one_bad[first]);
-            const Error alone = error_of([&] { finder.distances(shapes, one_bad, pairs, 1, out); });
+            const Error alone = error_of([&] { finder.distances({shapes, one_bad}, pairs, 1, out); });
             EXPECT_EQ(alone.index(), first);
             for (const Pair& pair : pairs) {
                 if (pair.a != first && pair.b != first) continue;
                 const std::span<const Pair> one(&pair, 1);
-                EXPECT_THROW(finder.distances(shapes, one_bad, one, 1, std::span(out).first(1)), Error);
+                EXPECT_THROW(finder.distances({shapes, one_bad}, one, 1, std::span(out).first(1)), Error);
             }
         }
     };
@@ -93,19 +93,19 @@ TEST(ContactFinder, NamesTheFirstBadPoseAmongDistancesOfAllTypes)
         refuses([k](Pose3f& pose) { pose.rotation[k] = nan_f; }, "nan");
         refuses([k](Pose3f& pose) { pose.rotation[k] = HUGE_VALF; }, "inf");
     }
-    finder.distances(shapes, poses, pairs, 100, out);
+    finder.distances({shapes, poses}, pairs, 100, out);
     // Of two sets, where that isn't an object and itself, and of one.
     std::vector<Pose3f> others = poses;
     for (Pose3f& pose : others)
         pose.position[1] = 5;
     pairs[40] = {1, 1};
-    finder.distances(shapes, poses, shapes, others, pairs, 100, out);
+    finder.distances({shapes, poses}, {shapes, others}, pairs, 100, out);
     EXPECT_EQ(out[40].distance, 3);
-    EXPECT_NE(std::string(error_of([&] { finder.distances(shapes, poses, pairs, 1, out); }).what())
+    EXPECT_NE(std::string(error_of([&] { finder.distances({shapes, poses}, pairs, 1, out); }).what())
                   .find("pair 40 is of object 1 and itself"),
               std::string::npos);
     poses[pairs[30].a].position[0] = nan_f;
-    const Error before = error_of([&] { finder.distances(shapes, poses, pairs, 1, out); });
+    const Error before = error_of([&] { finder.distances({shapes, poses}, pairs, 1, out); });
     EXPECT_NE(std::string(before.what()).find("nan"), std::string::npos) << before.what();
 }
 
@@ -125,17 +125,17 @@ TEST(ContactFinder, NamesTheBadObjectOfTheFirstBadPair)
         for (std::size_t i = 0; i < 10; ++i)
             motions[i].pose = poses[i];
         const Error errors[] = {
-            error_of([&] { finder.find(shapes, poses, pairs); }),
-            error_of([&] { finder.touching(shapes, poses, pairs, touch); }),
-            error_of([&] { finder.distances(shapes, poses, pairs, 1, distances); }),
-            error_of([&] { finder.impacts(shapes, motions, pairs, 0.1f, impacts); }),
+            error_of([&] { finder.find({shapes, poses}, pairs); }),
+            error_of([&] { finder.touching({shapes, poses}, pairs, touch); }),
+            error_of([&] { finder.distances({shapes, poses}, pairs, 1, distances); }),
+            error_of([&] { finder.impacts({shapes, motions}, pairs, 0.1f, impacts); }),
         };
         for (const Error& error : errors) {
             EXPECT_EQ(error.index(), 3u);
             EXPECT_NE(std::string(error.what()).find(what), std::string::npos) << error.what();
         }
         // As it was before.
-        EXPECT_EQ(finder.find(shapes, std::vector<Pose3f>(10), std::span(pairs).first(3000)).size(), 3000u);
+        EXPECT_EQ(finder.find({shapes, std::vector<Pose3f>(10)}, std::span(pairs).first(3000)).size(), 3000u);
     };
     refuses([](Pose3f& pose) { pose.position[2] = nan_f; }, "object 3 has position 0 0 nan");
     refuses([](Pose3f& pose) { pose.rotation[0] = HUGE_VALF; }, "object 3 has position 0 0 0, rotation inf");
@@ -170,8 +170,8 @@ TEST(ContactFinder, NamesThePairWhoseObjectIsMissing)
         latest = std::max(latest, number);
         const std::string name =
             "pair " + std::to_string(number) + " names objects " + std::to_string(bad->a);
-        const Error errors[] = {error_of([&] { finder.find(shapes, poses, pairs); }),
-                                error_of([&] { finder.touching(shapes, poses, pairs, touch); })};
+        const Error errors[] = {error_of([&] { finder.find({shapes, poses}, pairs); }),
+                                error_of([&] { finder.touching({shapes, poses}, pairs, touch); })};
         for (const Error& error : errors) {
             EXPECT_EQ(std::string(error.what()).find(name), 0u) << error.what() << ", expected " << name;
             EXPECT_EQ(error.index(), bad->a >= there ? bad->a : bad->b);
@@ -181,7 +181,7 @@ TEST(ContactFinder, NamesThePairWhoseObjectIsMissing)
     const std::vector<Shape3> two(2);
     const std::vector<Pose3f> poses(2);
     const auto index = [&](Pair pair) {
-        return error_of([&] { finder.find(two, poses, std::vector<Pair>{{0, 1}, pair}); }).index();
+        return error_of([&] { finder.find({two, poses}, std::vector<Pair>{{0, 1}, pair}); }).index();
     };
     EXPECT_EQ(index({7, 1}), 7u);
     EXPECT_EQ(index({1, 8}), 8u);
@@ -217,13 +217,13 @@ TEST(ContactFinder, AsksAUsersTestForItsTypesOnly)
     const PairTest<3> nothing{ShapeTypes::capsule, ShapeTypes::box,
                               [](void*, const PairTestInput<3>&, PairTest<3>::Emit) {}, nullptr};
     own.add_test(nothing);
-    const auto expected = plain.find(zoo.shapes, poses, pairs).to_vector();
+    const auto expected = plain.find({zoo.shapes, poses}, pairs).to_vector();
     const auto is_own = [&](const Contact<3, float>& contact) {
         const ShapeType a = zoo.shapes[contact.pair.a].type(), b = zoo.shapes[contact.pair.b].type();
         return std::min(a, b) == ShapeTypes::capsule && std::max(a, b) == ShapeTypes::box;
     };
     std::size_t next = 0, left_out = 0;
-    for (const Contact<3, float>& contact : own.find(zoo.shapes, poses, pairs)) {
+    for (const Contact<3, float>& contact : own.find({zoo.shapes, poses}, pairs)) {
         while (next < expected.size() && is_own(expected[next]))
             ++next, ++left_out;
         ASSERT_LT(next, expected.size());
@@ -280,11 +280,11 @@ TEST(ContactFinder, TwoSetsAnswerAsOneDoes)
     const std::pmr::vector<Pair> other(pairs.begin(), pairs.end());
 
     ContactFinder3f finder;
-    const auto expected = finder.find(zoo.shapes, poses, joined, 0.1f).to_vector();
+    const auto expected = finder.find({zoo.shapes, poses}, joined, 0.1f).to_vector();
     ASSERT_GT(expected.size(), 200u);
     for (const PairView view : {PairView(pairs), PairView(other)}) {
         const auto found =
-            finder.find(first(zoo.shapes), first(poses), second(zoo.shapes), second(poses), view, 0.1f)
+            finder.find({first(zoo.shapes), first(poses)}, {second(zoo.shapes), second(poses)}, view, 0.1f)
                 .to_vector();
         ASSERT_EQ(found.size(), expected.size());
         for (std::size_t i = 0; i < found.size(); ++i) {
@@ -293,29 +293,57 @@ TEST(ContactFinder, TwoSetsAnswerAsOneDoes)
         }
     }
     std::vector<std::uint8_t> touch(pairs.size(), 2), touch2(pairs.size(), 3);
-    finder.touching(zoo.shapes, poses, joined, touch);
-    finder.touching(first(zoo.shapes), first(poses), second(zoo.shapes), second(poses), pairs, touch2);
+    finder.touching({zoo.shapes, poses}, joined, touch);
+    finder.touching({first(zoo.shapes), first(poses)}, {second(zoo.shapes), second(poses)}, pairs, touch2);
     EXPECT_EQ(touch, touch2);
     std::vector<Distance<3, float>> distance(pairs.size()), distance2(pairs.size());
-    finder.distances(zoo.shapes, poses, joined, 9, distance);
-    finder.distances(first(zoo.shapes), first(poses), second(zoo.shapes), second(poses), pairs, 9, distance2);
+    finder.distances({zoo.shapes, poses}, joined, 9, distance);
+    finder.distances({first(zoo.shapes), first(poses)}, {second(zoo.shapes), second(poses)}, pairs, 9,
+                     distance2);
     for (auto& motion : motions) // half-spaces turn nothing, and nothing turns
         motion.linear[0] += random.chance(0.5) ? 1.0f : -1.0f;
     std::vector<Impact<3, float>> impact(pairs.size()), impact2(pairs.size());
-    finder.impacts(zoo.shapes, motions, joined, 0.01f, impact);
-    finder.impacts(first(zoo.shapes), first(motions), second(zoo.shapes), second(motions), other, 0.01f,
+    finder.impacts({zoo.shapes, motions}, joined, 0.01f, impact);
+    finder.impacts({first(zoo.shapes), first(motions)}, {second(zoo.shapes), second(motions)}, other, 0.01f,
                    impact2);
     for (std::size_t i = 0; i < pairs.size(); ++i) {
         ASSERT_EQ(distance[i].distance, distance2[i].distance);
         ASSERT_EQ(impact[i].time, impact2[i].time);
         ASSERT_EQ(impact[i].from_b, impact2[i].from_b);
     }
-    EXPECT_EQ(finder.find(zoo.shapes, poses, std::vector<Pair>{}).size(), 0u);
-    EXPECT_EQ(finder.find(zoo.shapes, poses, PairBuffer()).size(), 0u);
+    EXPECT_EQ(finder.find({zoo.shapes, poses}, std::vector<Pair>{}).size(), 0u);
+    EXPECT_EQ(finder.find({zoo.shapes, poses}, PairBuffer()).size(), 0u);
     const Error error = error_of([&] {
-        finder.find(first(zoo.shapes), first(poses), second(zoo.shapes), first(poses).first(3), pairs);
+        finder.find({first(zoo.shapes), first(poses)}, {second(zoo.shapes), first(poses).first(3)}, pairs);
     });
     EXPECT_EQ(error.code(), ErrorCode::size_mismatch);
+}
+
+/// Members of structs as they lie there, by a name of their own or in place.
+TEST(ContactFinder, TakesObjectsFromMembersOfStructs)
+{
+    struct Body
+    {
+        Shape3 shape;
+        Pose3f pose;
+        Motion3f motion;
+    };
+    const Shape3 ball = Shape3::sphere(1);
+    const std::vector<Body> bodies = {{ball, {}, {}}, {ball, {{1, 0, 0}}, {{{9, 0, 0}}, {-8, 0, 0}, {}}}};
+    const std::span all(bodies);
+    const std::vector<Pair> pairs = {{0, 1}};
+    const Objects3f objects{{all, &Body::shape}, {all, &Body::pose}};
+    ContactFinder3f finder;
+    EXPECT_EQ(finder.find(objects, pairs).size(), 1u);
+    EXPECT_EQ(finder.find_points(objects, objects, pairs).size(), 1u);
+    EXPECT_EQ(finder.find({{all, &Body::shape}, {all, &Body::pose}}, pairs).size(), 1u);
+    Impact3f impact[1];
+    finder.impacts({{all, &Body::shape}, {all, &Body::motion}}, pairs, 0.001f, impact);
+    EXPECT_NEAR(impact[0].time, 7.0f / 8, 0.001f);
+    Aabb3f boxes[2];
+    bounds(objects, boxes);
+    EXPECT_EQ(boxes[1].lo, bounds(ball, bodies[1].pose).lo);
+    EXPECT_THROW((void)finder.find(objects, std::vector<Pair>{{1, 1}}), Error) << "one set is no two";
 }
 
 /// Lengths of whatever type beside poses of any: they compile.
@@ -332,9 +360,9 @@ TEST(OnePair, TakesLengthsOfAnyType)
     const Pose3f poses[] = {here, there};
     Aabb3f boxes[2], others[2];
     std::array<Aabb3f, 2> more;
-    bounds(shapes, poses, boxes, 1);
-    bounds(shapes, poses, more, 1.0);
-    bounds(shapes, poses, std::span(others), 1);
+    bounds({shapes, poses}, boxes, 1);
+    bounds({shapes, poses}, more, 1.0);
+    bounds({shapes, poses}, std::span(others), 1);
     for (std::size_t i = 0; i < 2; ++i) {
         EXPECT_NEAR(boxes[i].hi[1], 2, 1e-6);
         EXPECT_NEAR(more[i].hi[1], 2, 1e-6);
@@ -358,7 +386,7 @@ TEST(ContactFinder, CirclesAnswerAsTheGeneralWayDoes)
     }
     ContactFinder2d finder;
     std::size_t next = 0;
-    const auto found = finder.find(circles, poses, pairs, 0.01).to_vector();
+    const auto found = finder.find({circles, poses}, pairs, 0.01).to_vector();
     for (const Pair& pair : pairs) {
         const auto one = contacts(circles[pair.a], poses[pair.a], circles[pair.b], poses[pair.b], 0.01);
         const Vec2d way = poses[pair.b].position - poses[pair.a].position;
@@ -383,7 +411,7 @@ TEST(ContactFinder, CirclesAnswerAsTheGeneralWayDoes)
 
     finder.add_test({ShapeTypes::sphere, ShapeTypes::sphere,
                      [](void*, const PairTestInput<2>&, PairTest<2>::Emit) {}, nullptr});
-    EXPECT_TRUE(finder.find(circles, poses, pairs).empty());
+    EXPECT_TRUE(finder.find({circles, poses}, pairs).empty());
 }
 
 /// Contacts of this frame and the last, as warm starting wants them.
@@ -409,7 +437,7 @@ TEST(ContactFinder, GivesItsResultAwayForTheOneBefore)
         if (frame == 6) before = memory.allocations;
         for (Pose3f& pose : poses)
             pose.position[0] += frame % 2 == 0 ? 0.001f : -0.001f;
-        const auto expected = finder.find(shapes, poses, pairs).to_vector();
+        const auto expected = finder.find({shapes, poses}, pairs).to_vector();
         finder.take(now);
         ASSERT_EQ(now.size(), expected.size());
         // Both ascend by pair: one walk through both finds last frame's point of every point.
@@ -436,7 +464,7 @@ TEST(ContactFinder, GivesItsResultAwayForTheOneBefore)
     EXPECT_GT(matched * 10, points * 8);
     EXPECT_GT(points, 10'000u);
     last.release();
-    EXPECT_TRUE(finder.find(shapes, poses, std::vector<Pair>{}).empty());
+    EXPECT_TRUE(finder.find({shapes, poses}, std::vector<Pair>{}).empty());
     finder.take(last);
     EXPECT_TRUE(last.empty());
     ContactBuffer<3, float>& self = now;
@@ -471,8 +499,8 @@ void points_are_the_deepest_of_contacts(bool balls)
             ContactOptions options;
             options.executor = executor.get();
             ContactFinder<Dim, T> finder(options);
-            const auto whole = finder.find(shapes, poses, pairs, margin).to_vector();
-            const auto points = finder.find_points(shapes, poses, pairs, margin).to_vector();
+            const auto whole = finder.find({shapes, poses}, pairs, margin).to_vector();
+            const auto points = finder.find_points({shapes, poses}, pairs, margin).to_vector();
             ASSERT_EQ(whole.size(), points.size());
             EXPECT_GT(whole.size(), 100u);
             for (std::size_t i = 0; i < whole.size(); ++i) {

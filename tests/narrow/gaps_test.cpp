@@ -85,7 +85,7 @@ TEST(ClosedForms, AreTheSearchsDistances)
         }
         // The points are that far from each other, along the normal.
         for (std::size_t k = 0; k < 3; ++k) {
-            const double way = c.pose_b.position[k] - c.pose_a.position[k] + d->point_b[k] - d->point_a[k];
+            const double way = c.pose_b.position[k] - c.pose_a.position[k] + d->from_b[k] - d->from_a[k];
             ASSERT_NEAR(way, d->normal[k] * d->distance, 1e-8 * size);
         }
         // Bounds cut off at the distance, not elsewhere.
@@ -94,8 +94,8 @@ TEST(ClosedForms, AreTheSearchsDistances)
         ASSERT_FALSE(distance(c.a, c.pose_a, c.b, c.pose_b, d->distance * (1 - 1e-9) - 1e-12 * size));
         const auto mirrored = distance(c.b, c.pose_b, c.a, c.pose_a, HUGE_VAL);
         ASSERT_EQ(mirrored->distance, d->distance);
-        ASSERT_EQ(mirrored->point_a, d->point_b);
-        ASSERT_EQ(mirrored->point_b, d->point_a);
+        ASSERT_EQ(mirrored->from_a, d->from_b);
+        ASSERT_EQ(mirrored->from_b, d->from_a);
     }
     EXPECT_GT(compared, 20'000);
 }
@@ -241,7 +241,7 @@ TYPED_TEST(Batches, OfDistancesHaveTheBitsOfSinglePairs)
             options.instruction_set = set;
             ContactFinder<3, T> finder(options);
             std::vector<Distance<3, T>> out(pairs.size());
-            finder.distances(shapes, poses, pairs, bound, std::span(out));
+            finder.distances({shapes, poses}, pairs, bound, std::span(out));
             for (std::size_t i = 0; i < pairs.size(); ++i) {
                 const auto [a, b] = pairs[i];
                 SCOPED_TRACE(testing::Message()
@@ -253,8 +253,8 @@ TYPED_TEST(Batches, OfDistancesHaveTheBitsOfSinglePairs)
                 }
                 ASSERT_EQ(out[i].distance, d->distance);
                 ASSERT_EQ(out[i].normal, d->normal);
-                ASSERT_EQ(out[i].point_a, d->point_a);
-                ASSERT_EQ(out[i].point_b, d->point_b);
+                ASSERT_EQ(out[i].from_a, d->from_a);
+                ASSERT_EQ(out[i].from_b, d->from_b);
                 ASSERT_EQ(std::memcmp(&out[i], &*d, sizeof(*d)), 0) << "signs of zero differ";
             }
         }
@@ -281,7 +281,7 @@ TEST(ClosedForms, TouchWhereThereIsAContact)
             const Pose3d poses[] = {c.pose_a, c.pose_b};
             const Pair pair[] = {{0, 1}};
             std::uint8_t out = 2;
-            finder.touching(shapes, poses, pair, std::span(&out, 1));
+            finder.touching({shapes, poses}, pair, std::span(&out, 1));
             EXPECT_EQ(out != 0, has_contact) << round << " at " << t;
             EXPECT_EQ(touching(c.a, c.pose_a, c.b, c.pose_b), has_contact) << round << " at " << t;
             EXPECT_EQ(touching(c.b, c.pose_b, c.a, c.pose_a), has_contact) << round << " at " << t;

@@ -35,7 +35,7 @@ Contact<3, double> only(const Shape3& a, const Pose3d& pose_a, const Shape3& b, 
     const Pair pairs[] = {{0, 1}};
     ContactFinder3d finder;
     const auto& found =
-        finder.find(StridedView<Shape3>(shapes, 2), StridedView<Pose3d>(poses, 2), pairs, margin);
+        finder.find({StridedView<Shape3>(shapes, 2), StridedView<Pose3d>(poses, 2)}, pairs, margin);
     EXPECT_EQ(found.size(), 1u);
     return found.empty() ? Contact<3, double>{} : *found.begin();
 }

@@ -233,8 +233,8 @@ TEST(NearestParts, OfEqualOnesTheLowestNumbersCount)
     ASSERT_TRUE(d);
     EXPECT_EQ(d->distance, 1);
     // Triangle 0 of each is below or above the other: their common corner is the first of both.
-    EXPECT_LE(d->point_a[0], 1);
-    EXPECT_LE(d->point_a[2], 1);
+    EXPECT_LE(d->from_a[0], 1);
+    EXPECT_LE(d->from_a[2], 1);
 }
 
 } // namespace

@@ -29,8 +29,8 @@ struct Expected
         ContactFinder<Dim, T> finder;
         std::vector<std::uint8_t> touch(pairs.size());
         std::vector<Distance<Dim, T>> distance(pairs.size());
-        finder.touching(shapes, poses, pairs, touch);
-        finder.distances(shapes, poses, pairs, max_distance, distance);
+        finder.touching({shapes, poses}, pairs, touch);
+        finder.distances({shapes, poses}, pairs, max_distance, distance);
         for (std::size_t group = 0; group + 1 < offsets.size(); ++group) {
             std::uint64_t touching = no_pair, closest = no_pair;
             for (std::uint64_t i = offsets[group]; i < offsets[group + 1]; ++i) {
@@ -88,15 +88,15 @@ void agree(std::uint64_t seed, double spread, bool same_places)
                 ContactFinder<Dim, T> finder({.executor = executor.get(), .instruction_set = set});
                 std::vector<std::uint64_t> first(groups, 5), nearest(groups, 5);
                 std::vector<Distance<Dim, T>> least(groups);
-                finder.first_touching(repeated, poses, pairs, offsets, first);
+                finder.first_touching({repeated, poses}, pairs, offsets, first);
                 EXPECT_EQ(first, expected.first);
-                finder.least_distances(repeated, poses, pairs, offsets, max_distance, least, nearest);
+                finder.least_distances({repeated, poses}, pairs, offsets, max_distance, least, nearest);
                 EXPECT_EQ(nearest, expected.nearest);
                 for (std::size_t group = 0; group < groups; ++group) {
                     ASSERT_EQ(least[group].distance, expected.least[group].distance) << group;
                     ASSERT_EQ(least[group].normal, expected.least[group].normal) << group;
-                    ASSERT_EQ(least[group].point_a, expected.least[group].point_a) << group;
-                    ASSERT_EQ(least[group].point_b, expected.least[group].point_b) << group;
+                    ASSERT_EQ(least[group].from_a, expected.least[group].from_a) << group;
+                    ASSERT_EQ(least[group].from_b, expected.least[group].from_b) << group;
                 }
             }
     }
@@ -131,14 +131,14 @@ TEST(PairGroups, WhatComesLaterIsNotTested)
     ContactFinder3f finder;
     // One shape for all, by a stride of zero.
     const StridedView<Shape3> shapes(&ball, poses.size(), 0);
-    finder.first_touching(shapes, poses, pairs, offsets, first);
+    finder.first_touching({shapes, poses}, pairs, offsets, first);
     EXPECT_EQ(first[0], no_pair);
     EXPECT_EQ(first[1], 0u);
     const Error error =
-        error_of([&] { finder.least_distances(shapes, poses, pairs, offsets, 1, least, nearest); });
+        error_of([&] { finder.least_distances({shapes, poses}, pairs, offsets, 1, least, nearest); });
     EXPECT_EQ(error.index(), 2u);
     pairs.front() = {0, 3};
-    const Error beyond = error_of([&] { finder.first_touching(shapes, poses, pairs, offsets, first); });
+    const Error beyond = error_of([&] { finder.first_touching({shapes, poses}, pairs, offsets, first); });
     EXPECT_NE(std::string(beyond.what()).find("pair 0 names objects 0 and 3"), std::string::npos);
 }
 
@@ -152,8 +152,8 @@ TEST(PairGroups, WrongGroupsAreRefused)
     ContactFinder3f finder;
     const auto refused = [&](const std::vector<std::uint64_t>& offsets, ErrorCode code, const char* text) {
         const Error errors[] = {
-            error_of([&] { finder.first_touching(shapes, poses, pairs, offsets, first); }),
-            error_of([&] { finder.least_distances(shapes, poses, pairs, offsets, 1, least, nearest); })};
+            error_of([&] { finder.first_touching({shapes, poses}, pairs, offsets, first); }),
+            error_of([&] { finder.least_distances({shapes, poses}, pairs, offsets, 1, least, nearest); })};
         for (const Error& error : errors) {
             EXPECT_EQ(error.code(), code);
             EXPECT_NE(std::string(error.what()).find(text), std::string::npos) << error.what();
@@ -165,12 +165,12 @@ TEST(PairGroups, WrongGroupsAreRefused)
     refused({0, 1, 2}, ErrorCode::size_mismatch, "there are 3 pairs");
     refused({0, 3}, ErrorCode::size_mismatch, "1 groups and room for 2");
     EXPECT_EQ(error_of([&] {
-                  finder.least_distances(shapes, poses, pairs, std::vector<std::uint64_t>{0, 1, 3}, 1, least,
-                                         std::span(nearest).first(1));
+                  finder.least_distances({shapes, poses}, pairs, std::vector<std::uint64_t>{0, 1, 3}, 1,
+                                         least, std::span(nearest).first(1));
               }).code(),
               ErrorCode::size_mismatch);
     EXPECT_EQ(error_of([&] {
-                  finder.least_distances(shapes, poses, pairs, std::vector<std::uint64_t>{0, 1, 3}, NAN,
+                  finder.least_distances({shapes, poses}, pairs, std::vector<std::uint64_t>{0, 1, 3}, NAN,
                                          least, nearest);
               }).code(),
               ErrorCode::invalid_argument);
@@ -194,8 +194,8 @@ TEST(PairGroups, SteadyCallsAllocateNothing)
     Distance3f least[2];
     for (int round = 0; round < 4; ++round) {
         const std::uint64_t before = memory.allocations;
-        finder.first_touching(zoo.shapes, poses, pairs, offsets, first);
-        finder.least_distances(zoo.shapes, poses, pairs, offsets, HUGE_VALF, least, nearest);
+        finder.first_touching({zoo.shapes, poses}, pairs, offsets, first);
+        finder.least_distances({zoo.shapes, poses}, pairs, offsets, HUGE_VALF, least, nearest);
         if (round > 0) {
             EXPECT_EQ(memory.allocations, before);
         }

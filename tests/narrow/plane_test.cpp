@@ -335,8 +335,8 @@ TEST(InThePlane, ANeedleLeavesAPolygonOnEitherSide)
         const Pose2d pose = random.pose2<double>(0);
         const auto gap = distance(a, pose, b, pose, INFINITY);
         ASSERT_TRUE(gap);
-        const Pose2d at_a{{gap->point_a[0], gap->point_a[1]}, pose.rotation},
-            at_b{{gap->point_b[0], gap->point_b[1]}, pose.rotation};
+        const Pose2d at_a{{gap->from_a[0], gap->from_a[1]}, pose.rotation},
+            at_b{{gap->from_b[0], gap->from_b[1]}, pose.rotation};
         ASSERT_LE(distance(a, pose, Shape2(), at_a, INFINITY)->distance, 1e-9) << round;
         ASSERT_LE(distance(b, pose, Shape2(), at_b, INFINITY)->distance, 1e-9) << round;
     }
@@ -462,8 +462,8 @@ TEST(InThePlane, TheNearestPointsOfAFlatEllipseLieOnBoth)
                     swapped ? distance(box, at, flat, Pose2d{}, 9) : distance(flat, Pose2d{}, box, at, 9);
                 ASSERT_TRUE(found);
                 EXPECT_NEAR(found->distance, 0.75, 1e-12);
-                const auto of_flat = swapped ? found->point_b : found->point_a;
-                const auto of_box = swapped ? found->point_a : found->point_b;
+                const auto of_flat = swapped ? found->from_b : found->from_a;
+                const auto of_box = swapped ? found->from_a : found->from_b;
                 EXPECT_LE(std::abs(of_flat[0]), 2 + 1e-12) << x << ' ' << y;
                 EXPECT_LE(std::abs(of_box[0]), 0.5 + 1e-12) << x << ' ' << y;
                 EXPECT_NEAR(of_box[0] + x, of_flat[0], 1e-12) << x << ' ' << y;

@@ -106,7 +106,7 @@ all_contacts(const jostle::Shape<Dim>& a, const jostle::Pose<Dim, T>& pose_a, co
     }());
     const std::vector<jostle::Shape<Dim>> shapes = {a, b};
     const std::vector<jostle::Pose<Dim, T>> poses = {pose_a, pose_b};
-    return finder.find(shapes, poses, std::vector<jostle::Pair>{{0, 1}}, margin).to_vector();
+    return finder.find({shapes, poses}, std::vector<jostle::Pair>{{0, 1}}, margin).to_vector();
 }
 
 /// One of everything there is, with whatever it points to.

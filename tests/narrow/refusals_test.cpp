@@ -43,7 +43,7 @@ TEST(Errors, OfWhatIsZeroTooMuchOrInTheWrongPlace)
     const std::vector<Pair> pair{{0, 1}};
     std::vector<Impact<2, float>> impacts(1);
     EXPECT_NE(message_of([&] {
-                  ContactFinder2f().impacts(circles, motions, pair, 0.1f, impacts);
+                  ContactFinder2f().impacts({circles, motions}, pair, 0.1f, impacts);
               }).find("the motion of object 1 has position 0 0, rotation 1 0, linear 0 0, angular -2e+09;"),
               std::string::npos);
 
@@ -66,7 +66,7 @@ TEST(Errors, OfWhatIsZeroTooMuchOrInTheWrongPlace)
     const std::vector<Pose3d> poses(2);
     for (const std::size_t size : {std::size_t{1}, std::size_t{3}}) {
         std::vector<Aabb<3, double>> out(size);
-        EXPECT_THROW(bounds(shapes, poses, out), Error) << size;
+        EXPECT_THROW(bounds({shapes, poses}, out), Error) << size;
     }
 }
 
@@ -138,7 +138,7 @@ TEST(Errors, OfNumbersThatShapesCantHave)
     const std::vector<Pair> pairs{{0, 1}, {1, 0}};
     std::vector<std::uint8_t> touch(1);
     ContactFinder3d finder;
-    says([&] { finder.touching(shapes, std::vector<Pose3d>(2), pairs, touch); },
+    says([&] { finder.touching({shapes, std::vector<Pose3d>(2)}, pairs, touch); },
          "2 pairs and room for 1 answers");
     Motion<3, double> still, off;
     off.pose.position[1] = nan;
@@ -160,9 +160,9 @@ TEST(Errors, NameTheObjectAndTheValue)
             const std::vector<Pair> pairs{{0, 1}, {1, 1}};
             ContactFinder3d finder;
             if (two_sets) {
-                EXPECT_EQ(finder.find(shapes, poses, shapes, other, pairs).size(), 2u);
+                EXPECT_EQ(finder.find({shapes, poses}, {shapes, other}, pairs).size(), 2u);
             }
-            finder.find(shapes, poses, pairs);
+            finder.find({shapes, poses}, pairs);
         });
         EXPECT_NE(itself.find("pair 1 is of object 1 and itself"), std::string::npos) << itself;
     }
@@ -190,7 +190,7 @@ TEST(Errors, NameTheObjectAndTheValue)
     const std::vector<Pair> pairs = {{0, 1}};
     ContactFinder3f finder;
     const std::vector<Pair> bad = {{0, 3}};
-    EXPECT_NE(message_of([&] { finder.find(shapes, poses, std::span<const Pair>(bad)); }).find("3"),
+    EXPECT_NE(message_of([&] { finder.find({shapes, poses}, std::span<const Pair>(bad)); }).find("3"),
               std::string::npos);
     // Of several blocks of work the first bad pair, by its place among all.
     std::vector<Pair> many(5000, Pair{1, 0});
@@ -199,14 +199,14 @@ TEST(Errors, NameTheObjectAndTheValue)
     poses.resize(2);
     std::vector<std::uint8_t> touch(many.size());
     const std::string first_bad = "pair 3001 names objects 0 and 7, but there are 2, numbered from 0";
-    EXPECT_EQ(message_of([&] { finder.find(two, poses, std::span<const Pair>(many)); }), first_bad);
-    EXPECT_EQ(message_of([&] { finder.touching(two, poses, many, touch); }), first_bad);
+    EXPECT_EQ(message_of([&] { finder.find({two, poses}, std::span<const Pair>(many)); }), first_bad);
+    EXPECT_EQ(message_of([&] { finder.touching({two, poses}, many, touch); }), first_bad);
     poses.resize(3);
     EXPECT_NE(
-        message_of([&] { finder.find(shapes, poses, std::span<const Pair>(pairs), -1.0f); }).find("margin"),
+        message_of([&] { finder.find({shapes, poses}, std::span<const Pair>(pairs), -1.0f); }).find("margin"),
         std::string::npos);
     poses.pop_back();
-    EXPECT_NE(message_of([&] { finder.find(shapes, poses, std::span<const Pair>(pairs)); }).find("2 poses"),
+    EXPECT_NE(message_of([&] { finder.find({shapes, poses}, std::span<const Pair>(pairs)); }).find("2 poses"),
               std::string::npos);
     const Motion<3, float> turning{{}, {}, {1, 0, 0}};
     EXPECT_NE(message_of([&] {

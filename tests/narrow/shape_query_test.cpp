@@ -40,7 +40,7 @@ struct Scene
             }
         }
         boxes.resize(shapes.size());
-        bounds(shapes, poses, boxes);
+        bounds({shapes, poses}, boxes);
         ids.resize(boxes.size());
         world.add(boxes, ids);
         world.update();
@@ -297,8 +297,8 @@ void nearest_equals_a_loop(std::uint64_t seed)
             ASSERT_EQ(answer->distance, best.distance);
             ASSERT_EQ(answer->id, best.id);
             ASSERT_EQ(answer->normal, best.normal);
-            ASSERT_EQ(answer->point_a, best.point_a);
-            ASSERT_EQ(answer->point_b, best.point_b);
+            ASSERT_EQ(answer->from_a, best.from_a);
+            ASSERT_EQ(answer->from_b, best.from_b);
             ASSERT_EQ(of_index->distance, best.distance);
         }
     }
@@ -575,7 +575,7 @@ TEST(ShapeQuery, FarAndWideShapes)
             poses.push_back({random_vector<3, float>(random, 10) * static_cast<float>(unit)});
         }
         std::vector<Aabb3f> boxes(shapes.size());
-        bounds(shapes, poses, boxes);
+        bounds({shapes, poses}, boxes);
         std::vector<ObjectId> ids(boxes.size());
         World3f world;
         world.add(boxes, ids);
@@ -605,7 +605,7 @@ TEST(ShapeQuery, RefusesWhatIsInvalid)
     std::vector<Pose3d> poses(2);
     poses[1].position = {8, 0, 0};
     std::vector<Aabb3d> boxes(2);
-    bounds(shapes, poses, boxes);
+    bounds({shapes, poses}, boxes);
     BoxIndex3d index;
     index.build(boxes);
     const double nan = std::numeric_limits<double>::quiet_NaN();

@@ -123,8 +123,8 @@ TEST(SmoothShapes, AreAsFarOrDeepAsTheBestDirectionSays)
             ASSERT_GE(found->distance, expected - 5e-3 * size);
             ASSERT_TRUE(touching(a, pose_a, b, pose_b));
         }
-        const auto gap = (narrow::load(pose_b.position) + narrow::load(found->point_b)) -
-                         (narrow::load(pose_a.position) + narrow::load(found->point_a)) -
+        const auto gap = (narrow::load(pose_b.position) + narrow::load(found->from_b)) -
+                         (narrow::load(pose_a.position) + narrow::load(found->from_a)) -
                          narrow::load(found->normal) * found->distance;
         ASSERT_NEAR(length(gap), 0, 1e-6);
         // Contacts say the same, and no point is deeper.
@@ -257,8 +257,8 @@ TEST(SmoothShapes, InThePlaneAreAsFarApartAsTheBestDirectionSays)
             ASSERT_TRUE(gap);
             ASSERT_NEAR(gap->distance, most(), 1e-8) << round << " kind " << b.kind << " " << left;
             for (int d = 0; d < 2; ++d) {
-                const double on_a = a.pose.position[d] + gap->point_a[d],
-                             on_b = b.pose.position[d] + gap->point_b[d];
+                const double on_a = a.pose.position[d] + gap->from_a[d],
+                             on_b = b.pose.position[d] + gap->from_b[d];
                 ASSERT_NEAR(on_a + gap->distance * gap->normal[d], on_b, 1e-8) << round;
             }
             const double slack = 1e-7;
@@ -268,7 +268,7 @@ TEST(SmoothShapes, InThePlaneAreAsFarApartAsTheBestDirectionSays)
                     Pose2d{{pose.position[0] + point[0], pose.position[1] + point[1]}, {1, 0}}, 1e300);
                 return off->distance < slack;
             };
-            ASSERT_TRUE(inside(a, gap->point_a, a.pose) && inside(b, gap->point_b, b.pose))
+            ASSERT_TRUE(inside(a, gap->from_a, a.pose) && inside(b, gap->from_b, b.pose))
                 << round << " " << left;
         }
     }

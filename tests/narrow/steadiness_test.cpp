@@ -171,11 +171,11 @@ TEST(Memory, ASteadyFrameAllocatesNothing)
     const auto executor = make_thread_executor(1);
     options.executor = executor.get();
     ContactFinder3f finder(options);
-    finder.find(shapes, poses, std::span<const Pair>(pairs));
-    finder.find(shapes, poses, std::span<const Pair>(pairs));
+    finder.find({shapes, poses}, std::span<const Pair>(pairs));
+    finder.find({shapes, poses}, std::span<const Pair>(pairs));
     const std::uint64_t before = memory.allocations;
     EXPECT_GT(before, 0u);
-    finder.find(shapes, poses, std::span<const Pair>(pairs));
+    finder.find({shapes, poses}, std::span<const Pair>(pairs));
     EXPECT_EQ(memory.allocations, before);
 }
 

@@ -94,8 +94,8 @@ TYPED_TEST(EveryCombination, MirrorsBitForBitWhenAAndBAreSwapped)
                     ASSERT_EQ(d1.has_value(), d2.has_value());
                     if (!d1) continue;
                     ASSERT_EQ(d1->distance, d2->distance);
-                    ASSERT_EQ(d1->point_a, d2->point_b);
-                    ASSERT_EQ(d1->point_b, d2->point_a);
+                    ASSERT_EQ(d1->from_a, d2->from_b);
+                    ASSERT_EQ(d1->from_b, d2->from_a);
                     ASSERT_EQ(touching(a, pose_a, b, pose_b), touching(b, pose_b, a, pose_a));
                 }
     }
@@ -234,8 +234,8 @@ TYPED_TEST(EveryCombination, MirrorsShapesOfOneSizeInOnePose)
                 const auto d1 = distance(a, pose, b, pose, T(10)), d2 = distance(b, pose, a, pose, T(10));
                 ASSERT_TRUE(d1 && d2);
                 ASSERT_EQ(d1->distance, d2->distance);
-                ASSERT_EQ(d1->point_a, d2->point_b);
-                ASSERT_EQ(d1->point_b, d2->point_a);
+                ASSERT_EQ(d1->from_a, d2->from_b);
+                ASSERT_EQ(d1->from_b, d2->from_a);
             }
     }
     EXPECT_GT(found, 500);
@@ -363,7 +363,7 @@ TYPED_TEST(EveryCombination, IsTheSameForAnyNumberOfThreads)
             options.instruction_set = set;
             ContactFinder<Dim, T> finder(options);
             for (int frame = 0; frame < 2; ++frame) {
-                const auto& found = finder.find(shapes, poses, std::span<const Pair>(pairs), T(0.1));
+                const auto& found = finder.find({shapes, poses}, std::span<const Pair>(pairs), T(0.1));
                 ASSERT_EQ(found.size(), expected.size());
                 std::size_t i = 0;
                 for (const Contact<Dim, T>& contact : found) {
@@ -382,8 +382,9 @@ TYPED_TEST(EveryCombination, IsTheSameForAnyNumberOfThreads)
                 }
             }
             std::vector<std::uint8_t> touch(pairs.size());
-            finder.touching(StridedView<Shape<Dim>>(std::span<const Shape<Dim>>(shapes)),
-                            StridedView<Pose<Dim, T>>(std::span<const Pose<Dim, T>>(poses)), pairs, touch);
+            finder.touching({StridedView<Shape<Dim>>(std::span<const Shape<Dim>>(shapes)),
+                             StridedView<Pose<Dim, T>>(std::span<const Pose<Dim, T>>(poses))},
+                            pairs, touch);
             for (std::size_t i = 0; i < pairs.size(); ++i)
                 ASSERT_EQ(touch[i] == 1, touching(shapes[pairs[i].a], poses[pairs[i].a], shapes[pairs[i].b],
                                                   poses[pairs[i].b]));
@@ -463,7 +464,7 @@ TYPED_TEST(EveryCombination, NeverGivesANaN)
             ASSERT_FALSE(std::isnan(d->distance));
             T size = 0;
             for (std::size_t k = 0; k < Dim; ++k) {
-                ASSERT_TRUE(std::isfinite(d->point_a[k]) && std::isfinite(d->point_b[k]));
+                ASSERT_TRUE(std::isfinite(d->from_a[k]) && std::isfinite(d->from_b[k]));
                 size += d->normal[k] * d->normal[k];
             }
             ASSERT_NEAR(size, 1, 1e-5);

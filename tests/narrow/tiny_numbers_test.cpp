@@ -55,7 +55,7 @@ struct Answers
     {
         const auto between = distance(a, pose_a, b, pose_b, 5.0);
         add(between ? between->distance : -1e300);
-        if (between) add_all(between->point_a), add_all(between->point_b), add_all(between->normal);
+        if (between) add_all(between->from_a), add_all(between->from_b), add_all(between->normal);
         add(touching(a, pose_a, b, pose_b) ? 1 : 0);
         for (const auto& contact : contacts(a, pose_a, b, pose_b, 0.1)) {
             add_all(contact.normal);

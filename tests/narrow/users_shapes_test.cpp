@@ -75,7 +75,7 @@ TEST(AUsersTest, ReplacesTheLibrarys)
                          emit(contact);
                      },
                      &asked});
-    const auto found = finder.find(shapes, poses, std::span<const Pair>(pairs)).to_vector();
+    const auto found = finder.find({shapes, poses}, std::span<const Pair>(pairs)).to_vector();
     EXPECT_EQ(asked, 3);
     ASSERT_EQ(found.size(), 2u);
     EXPECT_EQ(found[0].pair, (Pair{0, 1}));
@@ -108,11 +108,11 @@ TEST(AUsersTest, TheLastOneThatWasAddedCounts)
                              emit(contact);
                          },
                          &depths[i]});
-        const auto found = finder.find(shapes, poses, pairs).to_vector();
+        const auto found = finder.find({shapes, poses}, pairs).to_vector();
         ASSERT_EQ(found.size(), 1u);
         EXPECT_EQ(found[0].point[0].depth, static_cast<float>(depths[i]));
         std::uint8_t touch[] = {7};
-        finder.touching(shapes, poses, pairs, touch);
+        finder.touching({shapes, poses}, pairs, touch);
         EXPECT_EQ(touch[0], depths[i] >= 0 ? 1 : 0) << depths[i];
     }
 }
@@ -138,7 +138,7 @@ TEST(AUsersTest, GetsTheRotationsThatThePosesHave)
                 q = (i == largest ? 0.9 : 0.1 * (i + 1)) * ((signs >> i & 1) != 0 ? -1 : 1);
                 size += q * q;
             }
-            finder.find(shapes, poses, pairs);
+            finder.find({shapes, poses}, pairs);
             double same = 0;
             for (std::size_t i = 0; i < 4; ++i)
                 same += seen.back()[i] * poses[1].rotation[i] / std::sqrt(size);
@@ -155,7 +155,7 @@ TEST(AUsersTest, GetsTheRotationsThatThePosesHave)
                    &seen2});
     std::vector<Pose2d> poses2(2);
     poses2[1].rotation = {-0.6, 0.8};
-    flat.find(std::vector<Shape2>{Shape2::box({1, 2}), Shape2::capsule(1, 0.5)}, poses2, pairs);
+    flat.find({std::vector<Shape2>{Shape2::box({1, 2}), Shape2::capsule(1, 0.5)}, poses2}, pairs);
     ASSERT_EQ(seen2.size(), 1u);
     EXPECT_NEAR(seen2[0][0], -0.6, 1e-15);
     EXPECT_NEAR(seen2[0][1], 0.8, 1e-15);
@@ -169,7 +169,7 @@ TEST(AUsersTest, GetsTheRotationsThatThePosesHave)
     // It goes with its finder.
     ContactFinder3d moved(std::move(finder)), assigned;
     assigned = std::move(moved);
-    assigned.find(shapes, std::vector<Pose3d>(2), pairs);
+    assigned.find({shapes, std::vector<Pose3d>(2)}, pairs);
     EXPECT_EQ(seen.size(), 65u);
 }
 
@@ -189,9 +189,9 @@ TEST(Custom, AFinderInUseRefusesAnotherCall)
             for (const bool find : {false, true})
                 try {
                     if (find)
-                        finder.find(shapes, poses, pairs);
+                        finder.find({shapes, poses}, pairs);
                     else
-                        finder.touching(shapes, poses, pairs, touch);
+                        finder.touching({shapes, poses}, pairs, touch);
                 } catch (const Error& error) {
                     refused +=
                         std::string(error.what()).find("this ContactFinder is in use by another call") == 0;
@@ -206,9 +206,9 @@ TEST(Custom, AFinderInUseRefusesAnotherCall)
                                emit(Contact<3, double>{});
                            },
                            &again});
-    EXPECT_EQ(again.finder.find(again.shapes, again.poses, again.pairs).size(), 1u);
+    EXPECT_EQ(again.finder.find({again.shapes, again.poses}, again.pairs).size(), 1u);
     EXPECT_EQ(again.refused, 4);
-    EXPECT_EQ(again.finder.find(again.shapes, again.poses, again.pairs).size(), 1u); // no longer in use
+    EXPECT_EQ(again.finder.find({again.shapes, again.poses}, again.pairs).size(), 1u); // no longer in use
     EXPECT_EQ(again.refused, 8);
 }
 

@@ -45,6 +45,6 @@ std::uint64_t use_headers(const std::vector<jostle::Aabb3f>& boxes)
     jostle::ContactFinder3f contacts;
     const std::vector<jostle::Shape3> shapes;
     const std::vector<jostle::Pose3f> poses;
-    jostle::process_contacts(contacts.find(shapes, poses, pairs), [](const jostle::Contact<3, float>&) {});
+    jostle::process_contacts(contacts.find({shapes, poses}, pairs), [](const jostle::Contact<3, float>&) {});
     return sum;
 }

@@ -646,9 +646,9 @@ TEST(Memory, ContactsOfPolygonsTakeNone)
     std::uint64_t before = 0;
     for (int frame = 0; frame < 6; ++frame) {
         if (frame == 3) before = global_new::calls;
-        EXPECT_GT(finder.find(shapes, poses, pairs).size(), 19u);
-        finder.distances(shapes, poses, pairs, 100, std::span(distances));
-        finder.touching(shapes, poses, pairs, touch);
+        EXPECT_GT(finder.find({shapes, poses}, pairs).size(), 19u);
+        finder.distances({shapes, poses}, pairs, 100, std::span(distances));
+        finder.touching({shapes, poses}, pairs, touch);
     }
     EXPECT_EQ(global_new::calls, before);
 }

@@ -21,7 +21,7 @@ void Simulation::Implementation::make_boxes()
     motion_before =
         sum_over_bodies([&](Sums& sum, std::uint32_t i) { sum.motion += motion_of(world.bodies[i]); }).motion;
     fastest_of.assign(world.moving / bodies_per_block + 1, 0);
-    jostle::bounds(world.shapes, world.poses, boxes, slop, executor);
+    jostle::bounds({world.shapes, world.poses}, boxes, slop, executor);
     jostle::process_items(
         world.moving,
         [&](std::uint64_t begin, std::uint64_t end, Work work) {

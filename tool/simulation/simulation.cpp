@@ -18,7 +18,7 @@ constexpr double settled = 0.02; ///< metres a second; see iterate
 
 void Simulation::Implementation::find_contacts()
 {
-    contacts = &contact_finder.find(world.shapes, world.poses, *pairs, reach);
+    contacts = &contact_finder.find({world.shapes, world.poses}, *pairs, reach);
 }
 
 void Simulation::Implementation::step()
@@ -169,7 +169,7 @@ std::uint64_t Simulation::hash() const
 std::span<const jostle::Aabb3f> Simulation::boxes()
 {
     Implementation& all = *implementation_;
-    jostle::bounds(all.world.shapes, all.world.poses, all.boxes, 0, all.executor);
+    jostle::bounds({all.world.shapes, all.world.poses}, all.boxes, 0, all.executor);
     return std::span(all.boxes).first(all.world.moving);
 }
 

@@ -94,8 +94,8 @@ export class ContactFinder extends Owned {
     });
   }
 
-  /** Rows of a number, a normal and two points, each in an array of its own. */
-  #rows(name, a, pairs, b, limit, moving, [first, normals, pointsA, pointsB]) {
+  /** Rows of a number, called `first`, a normal and two vectors, each in an array of its own. */
+  #rows(name, a, pairs, b, limit, moving, first) {
     const { core, dim, type } = this;
     return core.within(() => {
       const { blocks, count } = core.pairs(pairs);
@@ -119,28 +119,21 @@ export class ContactFinder extends Owned {
       };
       return {
         [first]: column(0, 1),
-        [normals]: column(1, dim),
-        [pointsA]: column(1 + dim, dim),
-        [pointsB]: column(1 + 2 * dim, dim),
+        normals: column(1, dim),
+        fromA: column(1 + dim, dim),
+        fromB: column(1 + 2 * dim, dim),
       };
     });
   }
   distances(a, pairs, options) {
     const { b, maxDistance = Infinity } = options_of(options);
-    return this.#rows(
-      "jostle_contact_finder_distances",
-      a,
-      pairs,
-      b,
-      number(maxDistance, "maxDistance"),
-      false,
-      ["distances", "normals", "pointsA", "pointsB"],
-    );
+    const limit = number(maxDistance, "maxDistance");
+    return this.#rows("jostle_contact_finder_distances", a, pairs, b, limit, false, "distances");
   }
   impacts(a, pairs, options) {
     const { b, tolerance = 1e-3 } = options_of(options);
-    return this.#rows("jostle_contact_finder_impacts", a, pairs, b, number(tolerance, "tolerance"), true,
-      ["times", "normals", "fromA", "fromB"]);
+    const limit = number(tolerance, "tolerance");
+    return this.#rows("jostle_contact_finder_impacts", a, pairs, b, limit, true, "times");
   }
 
   /** Of jostle_cast_hit_...s. */

@@ -98,9 +98,9 @@ class ContactFinder:
     def distances(self, shapes: Shapes, poses: Any, pairs: Any, max_distance: float = np.inf, shapes_b: Shapes | None = None,
                   poses_b: Any = None) -> np.ndarray:
         """The signed distance of each pair, infinite above max_distance: a structured array of distance, normal (from a to b),
-        point_a, point_b, each relative to its own object's position."""
+        from_a, from_b, each relative to its own object's position."""
         rows = self._finder.rows(*self._given(shapes, poses, pairs, shapes_b, poses_b), max_distance, False)
-        names = ("distance", "normal", "point_a", "point_b")
+        names = ("distance", "normal", "from_a", "from_b")
         return rows.view(_arrays.rows_dtype(self.dim, self.dtype, names)).reshape(-1)
 
     def first_touching(self, shapes: Shapes, poses: Any, pairs: Any, offsets: Any, shapes_b: Shapes | None = None,
@@ -116,7 +116,7 @@ class ContactFinder:
         none is within max_distance: (g,) int64. Groups are as for first_touching."""
         given = self._given(shapes, poses, pairs, shapes_b, poses_b)
         numbers, rows = self._finder.groups(*given, _arrays.packed(offsets, "offsets", np.uint64), float(max_distance))
-        names = ("distance", "normal", "point_a", "point_b")
+        names = ("distance", "normal", "from_a", "from_b")
         return rows.view(_arrays.rows_dtype(self.dim, self.dtype, names)).reshape(-1), numbers.view(np.int64)
 
     def impacts(self, shapes: Shapes, motions: Any, pairs: Any, tolerance: float = 1e-3, shapes_b: Shapes | None = None,

@@ -178,7 +178,7 @@ class BoxIndex:
                        category: Any = None, mask: Any = None, owner: Any = None, asker: Asker | None = None,
                        exclude: int | None = None, accept: AcceptAnswer | None = None) -> np.ndarray:
         """The shape nearest to each of `near`, which needn't be in the index: a structured array of id, distance (infinite where
-        none is within max_distances), normal, point_a, point_b; a is the shape of `near`."""
+        none is within max_distances), normal, from_a, from_b; a is the shape of `near`."""
         return _shape_queries.nearest_shapes(self._index, self.dim, self.dtype, near, near_poses, shapes, poses, max_distances,
                                              asking(asker, exclude, accept, category, mask, owner))
 

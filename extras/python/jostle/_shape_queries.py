@@ -66,5 +66,5 @@ def nearest_shapes(asked: Asked, dim: int, dtype: np.dtype, near: Shapes, near_p
     askers = _arrays.packed_poses(near_poses, dtype)
     most = _arrays.per_object(_arrays.numbers(max_distances, "max_distances"), "max_distances", len(askers))
     ids, rows = asked.nearest_shapes(near._shapes, askers, most, shapes._shapes, _arrays.packed_poses(poses, dtype), asking)
-    named = rows.view(_arrays.rows_dtype(dim, dtype, ("distance", "normal", "point_a", "point_b"))).reshape(-1)
+    named = rows.view(_arrays.rows_dtype(dim, dtype, ("distance", "normal", "from_a", "from_b"))).reshape(-1)
     return _with_ids(ids, named, isinstance(asked, _core.BoxIndex))

@@ -284,7 +284,7 @@ class World:
                        asker: Asker | None = None,
                        exclude: int | None = None, accept: AcceptAnswer | None = None) -> np.ndarray:
         """The shape nearest to each of `near`, which needn't be in the world: a structured array of id, distance (infinite where
-        none is within max_distances), normal, point_a, point_b; a is the shape of `near`."""
+        none is within max_distances), normal, from_a, from_b; a is the shape of `near`."""
         return _shape_queries.nearest_shapes(self._world, self.dim, self.dtype, near, near_poses, shapes, poses, max_distances,
                                              asking(asker, exclude, accept))
 

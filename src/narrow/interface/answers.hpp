@@ -21,8 +21,8 @@ void finish(const Gap<Dim>& gap, const V<Dim>& d, bool swapped, Distance<Dim, T>
     answer.distance = static_cast<T>(gap.distance);
     if (gap.distance == HUGE_VAL) return;
     store(gap.normal * (swapped ? -1.0 : 1.0), answer.normal); // which is hard to predict: no branch
-    store(gap.on_a, swapped ? answer.point_b : answer.point_a);
-    store(gap.on_b - d, swapped ? answer.point_a : answer.point_b);
+    store(gap.on_a, swapped ? answer.from_b : answer.from_a);
+    store(gap.on_b - d, swapped ? answer.from_a : answer.from_b);
 }
 
 /// Both orders of the pair give the same bits, so it needn't be put in order.
@@ -36,8 +36,8 @@ Verdict sphere_distance(double radius_a, double radius_b, const V<Dim>& d, doubl
     if (!(distance <= enough)) return Verdict::apart;
     const V<Dim> n = d * (1 / between);
     store(n, answer.normal);
-    store(n * radius_a, answer.point_a);
-    store(n * -radius_b, answer.point_b);
+    store(n * radius_a, answer.from_a);
+    store(n * -radius_b, answer.from_b);
     return Verdict::touch;
 }
 

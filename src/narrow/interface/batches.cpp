@@ -84,10 +84,10 @@ void Batch<T>::run_spheres()
     std::uint32_t count = 0;
     for (const std::uint16_t i : lists.of(Group::spheres)) {
         const Pair& pair = set.pairs[i];
-        const Vec3 d = load(set.poses_b[pair.b].position) - load(set.poses_a[pair.a].position);
+        const Vec3 d = load(set.b.poses[pair.b].position) - load(set.a.poses[pair.a].position);
         near[count] = i;
         count +=
-            spheres_near(set.shapes_a[pair.a].radius() + set.shapes_b[pair.b].radius() + margin, d) ? 1 : 0;
+            spheres_near(set.a.shapes[pair.a].radius() + set.b.shapes[pair.b].radius() + margin, d) ? 1 : 0;
     }
     for (std::uint32_t k = 0; k < count; ++k) {
         const ArrangedPair<T> s = set.take(near[k]);

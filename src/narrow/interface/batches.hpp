@@ -82,10 +82,7 @@ struct ArrangedPair
 template <class T>
 struct PairSet
 {
-    StridedView<Shape<3>> shapes_a;
-    StridedView<Pose<3, T>> poses_a;
-    StridedView<Shape<3>> shapes_b;
-    StridedView<Pose<3, T>> poses_b;
+    Objects<3, T> a, b;
     std::span<const Pair> pairs;
 
     /// Reads a pair and puts it in order as `arrange` would, except for two shapes of one type in one place.
@@ -93,8 +90,8 @@ struct PairSet
     [[nodiscard]] ArrangedPair<T> take(std::uint16_t i) const
     {
         const Pair& pair = pairs[i];
-        const Shape<3>* const shape[2] = {&shapes_a[pair.a], &shapes_b[pair.b]};
-        const Pose<3, T>* const pose[2] = {&poses_a[pair.a], &poses_b[pair.b]};
+        const Shape<3>* const shape[2] = {&a.shapes[pair.a], &b.shapes[pair.b]};
+        const Pose<3, T>* const pose[2] = {&a.poses[pair.a], &b.poses[pair.b]};
         const Vec3 d = load(pose[1]->position) - load(pose[0]->position);
         const int type_a = shape[0]->type(), type_b = shape[1]->type();
         const double decides = d.x != 0 ? d.x : d.y != 0 ? d.y : d.z;
@@ -131,7 +128,7 @@ extern template struct Batch<double>;
 template <class T>
 struct Distances
 {
-    ObjectSet<3, Pose<3, T>> a, b;
+    Objects<3, T> a, b;
     std::span<const Pair> pairs;
     std::uint64_t first; ///< the first pair's number, for messages
     T enough;

@@ -3,6 +3,7 @@
 #include <limits>
 #include <string>
 
+#include "jostle/objects.hpp"
 #include "jostle/process.hpp"
 #include "narrow/interface/input_checks.hpp"
 #include "narrow/shapes/extent.hpp"
@@ -87,9 +88,11 @@ Aabb<Dim, T> bounds(const Shape<Dim>& shape, const Pose<Dim, T>& pose, std::type
 }
 
 template <int Dim, Coordinate T>
-void bounds(StridedView<Shape<Dim>> shapes, StridedView<Pose<Dim, T>> poses, std::span<Aabb<Dim, T>> out,
-            std::type_identity_t<T> margin, Executor& executor)
+void bounds(const Objects<Dim, T>& objects, std::span<Aabb<Dim, T>> out, std::type_identity_t<T> margin,
+            Executor& executor)
 {
+    const StridedView<Shape<Dim>>& shapes = objects.shapes;
+    const StridedView<Pose<Dim, T>>& poses = objects.poses;
     if (shapes.size() != poses.size() || shapes.size() != out.size())
         throw Error(ErrorCode::size_mismatch, "bounds was given " + std::to_string(shapes.size()) +
                                                   " shapes, " + std::to_string(poses.size()) + " poses and " +
@@ -107,8 +110,7 @@ void bounds(StridedView<Shape<Dim>> shapes, StridedView<Pose<Dim, T>> poses, std
 
 #define JOSTLE_BOUNDS(Dim, T)                                                                                \
     template JOSTLE_API Aabb<Dim, T> bounds(const Shape<Dim>&, const Pose<Dim, T>&, T);                      \
-    template JOSTLE_API void bounds(StridedView<Shape<Dim>>, StridedView<Pose<Dim, T>>,                      \
-                                    std::span<Aabb<Dim, T>>, T, Executor&)
+    template JOSTLE_API void bounds(const Objects<Dim, T>&, std::span<Aabb<Dim, T>>, T, Executor&)
 JOSTLE_BOUNDS(2, float);
 JOSTLE_BOUNDS(2, double);
 JOSTLE_BOUNDS(3, float);

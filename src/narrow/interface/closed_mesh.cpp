@@ -111,7 +111,7 @@ struct ClosedMesh::Data
             Shape<3>(), at, Shape<3>(mesh), pose, std::numeric_limits<T>::infinity(), narrow::best_kernels());
         const T distance = std::max(found.distance, T(0));
         const bool inside = distance > 0 && winding_number(local(pose, point)) != 0;
-        return {inside ? -distance : distance, found.normal * (inside ? T(1) : T(-1)), found.point_b};
+        return {inside ? -distance : distance, found.normal * (inside ? T(1) : T(-1)), found.from_b};
     }
     template <class T>
     [[nodiscard]] bool contains(const Pose<3, T>& pose, const Vec<3, T>& point) const

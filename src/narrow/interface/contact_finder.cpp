@@ -96,11 +96,7 @@ void ContactFinder<Dim, T>::Implementation::run_groups(const Objects& set_a, con
     for (std::size_t i = 0; i < pairs.size(); ++i)
         worker.contacts[i].count = 0;
     if constexpr (Dim == 3) {
-        narrow::Batch<T> batch{{set_a.shapes, set_a.poses, set_b.shapes, set_b.poses, pairs},
-                               worker.lists,
-                               worker.contacts,
-                               worker.found,
-                               margin};
+        narrow::Batch<T> batch{{set_a, set_b, pairs}, worker.lists, worker.contacts, worker.found, margin};
         batch.run(*kernels);
     } else { // circles are tested at once only where there is nothing else
         for (const std::uint16_t i : worker.lists.of(narrow::Group::spheres))
@@ -202,7 +198,7 @@ ContactFinder<Dim, T>::Implementation::find(const Objects& set_a, const Objects&
     const InUse call(in_use, "ContactFinder");
     into.clear();
     narrow::check_length("margin", margin, true);
-    narrow::check_sizes(set_a, set_b, "poses");
+    narrow::check_sizes(set_a, set_b);
 
     pair_blocks.clear();
     std::uint64_t before = 0;
@@ -295,7 +291,7 @@ void ContactFinder<Dim, T>::Implementation::touching(const Objects& set_a, const
                                                      PairView pairs, std::span<std::uint8_t> out)
 {
     const InUse call(in_use, "ContactFinder");
-    narrow::check_sizes(set_a, set_b, "poses");
+    narrow::check_sizes(set_a, set_b);
     narrow::check_out(pairs.size(), out.size());
     const ProcessOptions in_blocks{&executor(), narrow::block_pairs};
     ready_workers(plan_work(pairs.size(), in_blocks).slots);
@@ -314,9 +310,8 @@ void ContactFinder<Dim, T>::Implementation::touching(const Objects& set_a, const
 
 /// out[i] = answer(a, its pose or motion, b, its), in blocks of that many pairs.
 template <int Dim, Coordinate T>
-template <class Where, class Out, class Answer>
-void ContactFinder<Dim, T>::Implementation::ask(const narrow::ObjectSet<Dim, Where>& set_a,
-                                                const narrow::ObjectSet<Dim, Where>& set_b, PairView pairs,
+template <class Set, class Out, class Answer>
+void ContactFinder<Dim, T>::Implementation::ask(const Set& set_a, const Set& set_b, PairView pairs,
                                                 std::span<Out> out, std::uint64_t block, const Answer& answer)
 {
     narrow::check_out(pairs.size(), out.size());
@@ -324,8 +319,8 @@ void ContactFinder<Dim, T>::Implementation::ask(const narrow::ObjectSet<Dim, Whe
         for (std::size_t i = 0; i < some.items.size(); ++i) {
             const Pair& pair = some.items[i];
             narrow::check_pair(set_a, set_b, pair, some.first + i);
-            out[some.first + i] =
-                answer(set_a.shapes[pair.a], set_a.poses[pair.a], set_b.shapes[pair.b], set_b.poses[pair.b]);
+            out[some.first + i] = answer(set_a.shapes[pair.a], narrow::placed(set_a)[pair.a],
+                                         set_b.shapes[pair.b], narrow::placed(set_b)[pair.b]);
         }
     };
     process_pairs(pairs, ask_some, {&executor(), block});
@@ -337,7 +332,7 @@ void ContactFinder<Dim, T>::Implementation::distances(const Objects& set_a, cons
                                                       std::span<Distance<Dim, T>> out)
 {
     const InUse call(in_use, "ContactFinder");
-    narrow::check_sizes(set_a, set_b, "poses");
+    narrow::check_sizes(set_a, set_b);
     narrow::check_max_distance(max_distance);
     if constexpr (Dim == 3) {
         narrow::check_out(pairs.size(), out.size());
@@ -363,7 +358,7 @@ void ContactFinder<Dim, T>::Implementation::impacts(const MovingObjects& set_a, 
                                                     std::span<Impact<Dim, T>> out)
 {
     const InUse call(in_use, "ContactFinder");
-    narrow::check_sizes(set_a, set_b, "motions");
+    narrow::check_sizes(set_a, set_b);
     narrow::check_length("tolerance", tolerance, false);
     constexpr std::uint64_t block = 32; // they differ in cost
     ask(set_a, set_b, pairs, out, block,
@@ -381,7 +376,7 @@ void ContactFinder<Dim, T>::Implementation::ray_casts(StridedView<Ray<Dim, T>> r
                                                       PairView pairs, std::span<CastHit<Dim, T>> out)
 {
     const InUse call(in_use, "ContactFinder");
-    narrow::check_sizes(objects, objects, "poses");
+    narrow::check_sizes(objects, objects);
     narrow::check_out(pairs.size(), out.size());
     const auto cast_some = [&](const PairBatch& some) {
         for (std::size_t i = 0; i < some.items.size(); ++i) {
@@ -406,7 +401,7 @@ void ContactFinder<Dim, T>::Implementation::shape_casts(const Objects& moving,
                                                         std::span<CastHit<Dim, T>> out)
 {
     const InUse call(in_use, "ContactFinder");
-    narrow::check_sizes(moving, objects, "poses");
+    narrow::check_sizes(moving, objects);
     if (displacements.size() != moving.shapes.size())
         throw Error(ErrorCode::size_mismatch,
                     "there are " + std::to_string(moving.shapes.size()) + " shapes that move and " +
@@ -425,87 +420,49 @@ void ContactFinder<Dim, T>::Implementation::shape_casts(const Objects& moving,
     process_pairs(pairs, cast_some, {&executor(), cast_block});
 }
 
-// With one set of objects, and with two.
 template <int Dim, Coordinate T>
-const ContactBuffer<Dim, T>& ContactFinder<Dim, T>::find(const Shapes& shapes, const Poses& poses,
+const ContactBuffer<Dim, T>& ContactFinder<Dim, T>::find(const Objects<Dim, T>& a, const Objects<Dim, T>& b,
                                                          PairView pairs, T margin)
 {
-    return find(shapes, poses, shapes, poses, pairs, margin);
+    return implementation_->find(a, b, pairs.blocks(), margin, implementation_->result);
 }
 template <int Dim, Coordinate T>
-const ContactBuffer<Dim, T>& ContactFinder<Dim, T>::find(const Shapes& shapes_a, const Poses& poses_a,
-                                                         const Shapes& shapes_b, const Poses& poses_b,
-                                                         PairView pairs, T margin)
+const PointContactBuffer<Dim, T>& ContactFinder<Dim, T>::find_points(const Objects<Dim, T>& a,
+                                                                     const Objects<Dim, T>& b, PairView pairs,
+                                                                     T margin)
 {
-    return implementation_->find({shapes_a, poses_a}, {shapes_b, poses_b}, pairs.blocks(), margin,
-                                 implementation_->result);
+    return implementation_->find(a, b, pairs.blocks(), margin, implementation_->points);
 }
 template <int Dim, Coordinate T>
-const PointContactBuffer<Dim, T>& ContactFinder<Dim, T>::find_points(const Shapes& shapes, const Poses& poses,
-                                                                     PairView pairs, T margin)
-{
-    return find_points(shapes, poses, shapes, poses, pairs, margin);
-}
-template <int Dim, Coordinate T>
-const PointContactBuffer<Dim, T>&
-ContactFinder<Dim, T>::find_points(const Shapes& shapes_a, const Poses& poses_a, const Shapes& shapes_b,
-                                   const Poses& poses_b, PairView pairs, T margin)
-{
-    return implementation_->find({shapes_a, poses_a}, {shapes_b, poses_b}, pairs.blocks(), margin,
-                                 implementation_->points);
-}
-template <int Dim, Coordinate T>
-void ContactFinder<Dim, T>::touching(const Shapes& shapes, const Poses& poses, PairView pairs,
+void ContactFinder<Dim, T>::touching(const Objects<Dim, T>& a, const Objects<Dim, T>& b, PairView pairs,
                                      std::span<std::uint8_t> out)
 {
-    touching(shapes, poses, shapes, poses, pairs, out);
+    implementation_->touching(a, b, pairs, out);
 }
 template <int Dim, Coordinate T>
-void ContactFinder<Dim, T>::touching(const Shapes& shapes_a, const Poses& poses_a, const Shapes& shapes_b,
-                                     const Poses& poses_b, PairView pairs, std::span<std::uint8_t> out)
-{
-    implementation_->touching({shapes_a, poses_a}, {shapes_b, poses_b}, pairs, out);
-}
-template <int Dim, Coordinate T>
-void ContactFinder<Dim, T>::distances(const Shapes& shapes, const Poses& poses, PairView pairs,
+void ContactFinder<Dim, T>::distances(const Objects<Dim, T>& a, const Objects<Dim, T>& b, PairView pairs,
                                       T max_distance, std::span<Distance<Dim, T>> out)
 {
-    distances(shapes, poses, shapes, poses, pairs, max_distance, out);
+    implementation_->distances(a, b, pairs, max_distance, out);
 }
 template <int Dim, Coordinate T>
-void ContactFinder<Dim, T>::distances(const Shapes& shapes_a, const Poses& poses_a, const Shapes& shapes_b,
-                                      const Poses& poses_b, PairView pairs, T max_distance,
-                                      std::span<Distance<Dim, T>> out)
+void ContactFinder<Dim, T>::impacts(const MovingObjects<Dim, T>& a, const MovingObjects<Dim, T>& b,
+                                    PairView pairs, T tolerance, std::span<Impact<Dim, T>> out)
 {
-    implementation_->distances({shapes_a, poses_a}, {shapes_b, poses_b}, pairs, max_distance, out);
+    implementation_->impacts(a, b, pairs, tolerance, out);
 }
 template <int Dim, Coordinate T>
-void ContactFinder<Dim, T>::impacts(const Shapes& shapes, const Motions& motions, PairView pairs, T tolerance,
-                                    std::span<Impact<Dim, T>> out)
-{
-    impacts(shapes, motions, shapes, motions, pairs, tolerance, out);
-}
-template <int Dim, Coordinate T>
-void ContactFinder<Dim, T>::impacts(const Shapes& shapes_a, const Motions& motions_a, const Shapes& shapes_b,
-                                    const Motions& motions_b, PairView pairs, T tolerance,
-                                    std::span<Impact<Dim, T>> out)
-{
-    implementation_->impacts({shapes_a, motions_a}, {shapes_b, motions_b}, pairs, tolerance, out);
-}
-
-template <int Dim, Coordinate T>
-void ContactFinder<Dim, T>::ray_casts(StridedView<Ray<Dim, T>> rays, const Shapes& shapes, const Poses& poses,
+void ContactFinder<Dim, T>::ray_casts(StridedView<Ray<Dim, T>> rays, const Objects<Dim, T>& objects,
                                       PairView pairs, std::span<CastHit<Dim, T>> out)
 {
-    implementation_->ray_casts(rays, {shapes, poses}, pairs, out);
+    implementation_->ray_casts(rays, objects, pairs, out);
 }
 template <int Dim, Coordinate T>
-void ContactFinder<Dim, T>::shape_casts(const Shapes& moving, const Poses& poses,
-                                        StridedView<Vec<Dim, T>> displacements, const Shapes& shapes,
-                                        const Poses& shape_poses, PairView pairs,
+void ContactFinder<Dim, T>::shape_casts(const Objects<Dim, T>& moving, StridedView<Vec<Dim, T>> displacements,
+                                        const Objects<Dim, T>& objects, PairView pairs,
                                         std::span<CastHit<Dim, T>> out)
 {
-    implementation_->shape_casts({moving, poses}, displacements, {shapes, shape_poses}, pairs, out);
+    implementation_->shape_casts(moving, displacements, objects, pairs, out);
 }
 
 template class ContactFinder<2, float>;

@@ -21,8 +21,8 @@ JOSTLE_NAMESPACE_BEGIN
 template <int Dim, Coordinate T>
 struct ContactFinder<Dim, T>::Implementation
 {
-    using Objects = narrow::ObjectSet<Dim, Pose<Dim, T>>;
-    using MovingObjects = narrow::ObjectSet<Dim, Motion<Dim, T>>;
+    using Objects = jostle::Objects<Dim, T>;
+    using MovingObjects = jostle::MovingObjects<Dim, T>;
     explicit Implementation(const ContactOptions& given)
         : options(given),
           kernels(&narrow::kernels_for(checked(given.instruction_set))),
@@ -66,9 +66,9 @@ struct ContactFinder<Dim, T>::Implementation
                    std::span<CastHit<Dim, T>> out);
     void shape_casts(const Objects& moving, StridedView<Vec<Dim, T>> displacements, const Objects& objects,
                      PairView pairs, std::span<CastHit<Dim, T>> out);
-    template <class Where, class Out, class Answer>
-    void ask(const narrow::ObjectSet<Dim, Where>& set_a, const narrow::ObjectSet<Dim, Where>& set_b,
-             PairView pairs, std::span<Out> out, std::uint64_t block, const Answer& answer);
+    template <class Set, class Out, class Answer>
+    void ask(const Set& set_a, const Set& set_b, PairView pairs, std::span<Out> out, std::uint64_t block,
+             const Answer& answer);
 
     /// A pair whose distance isn't known yet, and what it is at least.
     struct Pending

@@ -85,8 +85,8 @@ void Distances<T>::run_kernel(std::span<const std::uint16_t> list, void (*kernel
             Distance<3, T>& answer = out[list[k]];
             answer.distance = static_cast<T>(rows.distance[k]);
             take(rows.normal, k, answer.normal);
-            take(rows.point_a, k, answer.point_a);
-            take(rows.point_b, k, answer.point_b);
+            take(rows.from_a, k, answer.from_a);
+            take(rows.from_b, k, answer.from_b);
         }
     }
 }

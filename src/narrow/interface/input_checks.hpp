@@ -144,22 +144,28 @@ void check_displacement(const Vec<Dim, T>& displacement, std::uint64_t number)
                         number);
 }
 
-/// One set of objects, each with a Pose or a Motion.
-template <int Dim, class Where>
-struct ObjectSet
+/// The poses or motions of a set.
+template <int Dim, class T>
+const StridedView<Pose<Dim, T>>& placed(const Objects<Dim, T>& set)
 {
-    StridedView<Shape<Dim>> shapes;
-    StridedView<Where> poses;
-};
+    return set.poses;
+}
+template <int Dim, class T>
+const StridedView<Motion<Dim, T>>& placed(const MovingObjects<Dim, T>& set)
+{
+    return set.motions;
+}
 
-template <int Dim, class Where>
-void check_sizes(const ObjectSet<Dim, Where>& a, const ObjectSet<Dim, Where>& b, const char* of)
+template <class Set>
+void check_sizes(const Set& a, const Set& b)
 {
-    for (const ObjectSet<Dim, Where>* side : {&a, &b})
-        if (side->shapes.size() != side->poses.size())
+    constexpr bool moves = requires { &Set::motions; };
+    for (const Set* side : {&a, &b})
+        if (side->shapes.size() != placed(*side).size())
             throw Error(ErrorCode::size_mismatch, "there are " + std::to_string(side->shapes.size()) +
-                                                      " shapes and " + std::to_string(side->poses.size()) +
-                                                      " " + of + "; give one of each per object");
+                                                      " shapes and " + std::to_string(placed(*side).size()) +
+                                                      (moves ? " motions" : " poses") +
+                                                      "; give one of each per object");
 }
 inline void check_out(std::size_t pairs, std::size_t out)
 {
@@ -195,16 +201,16 @@ void check_object(const Shape<Dim>& shape, const Motion<Dim, T>& motion, std::ui
     if (!valid(motion) || turns_without_end(shape, motion)) refuse_motion(motion, object);
 }
 /// One pair and the objects that it names. Objects that no pair names are not looked at.
-template <int Dim, class Where>
-void check_pair(const ObjectSet<Dim, Where>& a, const ObjectSet<Dim, Where>& b, const Pair& pair,
-                std::uint64_t number)
+template <class Set>
+void check_pair(const Set& a, const Set& b, const Pair& pair, std::uint64_t number)
 {
     if (pair.a >= a.shapes.size() || pair.b >= b.shapes.size())
         refuse_pair(pair, number, a.shapes.size(), b.shapes.size());
-    if (pair.a == pair.b && &a.poses[pair.a] == &b.poses[pair.b] && &a.shapes[pair.a] == &b.shapes[pair.b])
+    const auto &placed_a = placed(a)[pair.a], &placed_b = placed(b)[pair.b];
+    if (pair.a == pair.b && &placed_a == &placed_b && &a.shapes[pair.a] == &b.shapes[pair.b])
         refuse_itself(pair, number);
-    check_object(a.shapes[pair.a], a.poses[pair.a], pair.a);
-    check_object(b.shapes[pair.b], b.poses[pair.b], pair.b);
+    check_object(a.shapes[pair.a], placed_a, pair.a);
+    check_object(b.shapes[pair.b], placed_b, pair.b);
 }
 
 } // namespace narrow

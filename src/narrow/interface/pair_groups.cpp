@@ -42,7 +42,7 @@ void ContactFinder<Dim, T>::Implementation::first_touching(const Objects& set_a,
                                                            std::span<std::uint64_t> out)
 {
     const InUse call(in_use, "ContactFinder");
-    narrow::check_sizes(set_a, set_b, "poses");
+    narrow::check_sizes(set_a, set_b);
     check_groups(offsets, pairs.size(), out.size());
     const ProcessOptions options_of_groups{&executor(), groups_at_once};
     ready_workers(plan_work(out.size(), options_of_groups).slots);
@@ -87,7 +87,7 @@ void ContactFinder<Dim, T>::Implementation::least_distances(const Objects& set_a
                                                             std::span<std::uint64_t> nearest)
 {
     const InUse call(in_use, "ContactFinder");
-    narrow::check_sizes(set_a, set_b, "poses");
+    narrow::check_sizes(set_a, set_b);
     narrow::check_max_distance(max_distance);
     check_groups(offsets, pairs.size(), out.size());
     check_groups(offsets, pairs.size(), nearest.size());
@@ -143,53 +143,28 @@ void ContactFinder<Dim, T>::Implementation::least_distances(const Objects& set_a
 }
 
 template <int Dim, Coordinate T>
-void ContactFinder<Dim, T>::first_touching(const Shapes& shapes, const Poses& poses,
+void ContactFinder<Dim, T>::first_touching(const Objects<Dim, T>& a, const Objects<Dim, T>& b,
                                            std::span<const Pair> pairs,
                                            std::span<const std::uint64_t> offsets,
                                            std::span<std::uint64_t> out)
 {
-    first_touching(shapes, poses, shapes, poses, pairs, offsets, out);
+    implementation_->first_touching(a, b, pairs, offsets, out);
 }
 template <int Dim, Coordinate T>
-void ContactFinder<Dim, T>::first_touching(const Shapes& shapes_a, const Poses& poses_a,
-                                           const Shapes& shapes_b, const Poses& poses_b,
-                                           std::span<const Pair> pairs,
-                                           std::span<const std::uint64_t> offsets,
-                                           std::span<std::uint64_t> out)
-{
-    implementation_->first_touching({shapes_a, poses_a}, {shapes_b, poses_b}, pairs, offsets, out);
-}
-template <int Dim, Coordinate T>
-void ContactFinder<Dim, T>::least_distances(const Shapes& shapes, const Poses& poses,
+void ContactFinder<Dim, T>::least_distances(const Objects<Dim, T>& a, const Objects<Dim, T>& b,
                                             std::span<const Pair> pairs,
                                             std::span<const std::uint64_t> offsets, T max_distance,
                                             std::span<Distance<Dim, T>> out, std::span<std::uint64_t> nearest)
 {
-    least_distances(shapes, poses, shapes, poses, pairs, offsets, max_distance, out, nearest);
-}
-template <int Dim, Coordinate T>
-void ContactFinder<Dim, T>::least_distances(const Shapes& shapes_a, const Poses& poses_a,
-                                            const Shapes& shapes_b, const Poses& poses_b,
-                                            std::span<const Pair> pairs,
-                                            std::span<const std::uint64_t> offsets, T max_distance,
-                                            std::span<Distance<Dim, T>> out, std::span<std::uint64_t> nearest)
-{
-    implementation_->least_distances({shapes_a, poses_a}, {shapes_b, poses_b}, pairs, offsets, max_distance,
-                                     out, nearest);
+    implementation_->least_distances(a, b, pairs, offsets, max_distance, out, nearest);
 }
 
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
     template JOSTLE_API void ContactFinder<Dim, T>::first_touching(                                          \
-        const Shapes&, const Poses&, std::span<const Pair>, std::span<const std::uint64_t>,                  \
-        std::span<std::uint64_t>);                                                                           \
-    template JOSTLE_API void ContactFinder<Dim, T>::first_touching(                                          \
-        const Shapes&, const Poses&, const Shapes&, const Poses&, std::span<const Pair>,                     \
+        const Objects<Dim, T>&, const Objects<Dim, T>&, std::span<const Pair>,                               \
         std::span<const std::uint64_t>, std::span<std::uint64_t>);                                           \
     template JOSTLE_API void ContactFinder<Dim, T>::least_distances(                                         \
-        const Shapes&, const Poses&, std::span<const Pair>, std::span<const std::uint64_t>, T,               \
-        std::span<Distance<Dim, T>>, std::span<std::uint64_t>);                                              \
-    template JOSTLE_API void ContactFinder<Dim, T>::least_distances(                                         \
-        const Shapes&, const Poses&, const Shapes&, const Poses&, std::span<const Pair>,                     \
+        const Objects<Dim, T>&, const Objects<Dim, T>&, std::span<const Pair>,                               \
         std::span<const std::uint64_t>, T, std::span<Distance<Dim, T>>, std::span<std::uint64_t>);
 JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE

@@ -75,8 +75,8 @@ HWY_ATTR HWY_INLINE void put_answers(DistanceBatch& pairs, std::uint32_t k, cons
     const Real3 normal = scale3(cores.normal, choose(pair.swapped, Real(-1), Real(1)));
     choose(near, gap, Real(HUGE_VAL)).storeu(pairs.distance + k);
     put(choose3(near, normal, none), pairs.normal, k);
-    put(choose3(near, choose3(pair.swapped, on_b, on_a), none), pairs.point_a, k);
-    put(choose3(near, choose3(pair.swapped, on_a, on_b), none), pairs.point_b, k);
+    put(choose3(near, choose3(pair.swapped, on_b, on_a), none), pairs.from_a, k);
+    put(choose3(near, choose3(pair.swapped, on_a, on_b), none), pairs.from_b, k);
     pairs.clear |= mask_bits(clear) << k;
 }
 

@@ -73,8 +73,8 @@ struct DistanceBatch
     // Out: what users get, in the order that they gave. The distance is infinite, and all else 0, where it is
     // more than enough.
     double distance[batch];
-    double normal[3][batch];                     ///< unit, from a to b
-    double point_a[3][batch], point_b[3][batch]; ///< each seen from its own position
+    double normal[3][batch];                   ///< unit, from a to b
+    double from_a[3][batch], from_b[3][batch]; ///< each seen from its own position
     std::uint32_t clear; ///< bit k is set where pair k is answered; what isn't, is looked at in general
 };
 

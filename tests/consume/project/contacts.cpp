@@ -13,7 +13,7 @@ int main()
     poses[1].position = {1.5, 0, 0};
     const std::vector<jostle::Pair> pairs = {{0, 1}};
     jostle::ContactFinder3d finder;
-    const auto& contacts = finder.find(shapes, poses, pairs);
+    const auto& contacts = finder.find({shapes, poses}, pairs);
     if (contacts.size() != 1) {
         std::fprintf(stderr, "%zu contacts; 1 expected\n", static_cast<std::size_t>(contacts.size()));
         return 1;
