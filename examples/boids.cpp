@@ -33,10 +33,9 @@ int main(int argc, char** argv)
                 bird.speed[d] = (bird.speed[d] + bird.sum[d]) / (length + 1e-6f);
                 bird.sum[d] = 0;
                 bird.at[d] = std::fmod(bird.at[d] + 0.25f * bird.speed[d] + side, side); // round the edges
-                boxes[i].lo[d] = bird.at[d] - sight / 2;
-                boxes[i].hi[d] = bird.at[d] + sight / 2;
                 order[d] += bird.speed[d];
             }
+            boxes[i] = jostle::grown(jostle::Aabb2f{bird.at, bird.at}, sight / 2);
         }
         return std::hypot(order[0], order[1]) / static_cast<float>(count); // 1: all fly the same way
     };

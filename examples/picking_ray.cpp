@@ -37,13 +37,8 @@ int main()
     // The ray passes the first ball's box, but not the ball; then it hits the two others.
     const std::vector<Ball> balls = {{{0.9f, 0.9f, 5}, 1}, {{0.2f, 0, 20}, 1}, {{0, 0, 10}, 1}};
     std::vector<jostle::Aabb3f> boxes;
-    for (const Ball& ball : balls) {
-        jostle::Aabb3f& box = boxes.emplace_back();
-        for (int d = 0; d < 3; ++d) {
-            box.lo[d] = ball.center[d] - ball.radius;
-            box.hi[d] = ball.center[d] + ball.radius;
-        }
-    }
+    for (const Ball& ball : balls)
+        boxes.push_back(jostle::grown(jostle::Aabb3f{ball.center, ball.center}, ball.radius));
     jostle::BoxIndex3f index;
     index.build(boxes); // once; insert, move and erase keep it up to date
     const jostle::Ray3f ray = {{0, 0, 0}, {0, 0, 1}};

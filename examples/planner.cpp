@@ -44,25 +44,14 @@ jostle::Mesh<3> surface(std::uint32_t rings, const Vec3f& size, float waves)
     return jostle::Mesh<3>(points, triangles);
 }
 
-Vec3f turned(const std::array<float, 4>& q, const Vec3f& v)
-{
-    const Vec3f axis{q[0], q[1], q[2]}, across = jostle::cross(axis, v) * 2.0f;
-    return v + across * q[3] + jostle::cross(axis, across);
-}
-
 /// Where the links are: each one continues the last, turned by a joint about its z or its y axis.
 void place(const std::array<float, links>& angles, Pose3f* poses)
 {
-    Vec3f base{0, 0, 0};
-    std::array<float, 4> q{0, 0, 0, 1};
+    Pose3f joint;
     for (std::uint32_t i = 0; i < links; ++i) {
-        const float s = std::sin(angles[i] / 2), c = std::cos(angles[i] / 2);
-        const auto [x, y, z, w] = q;
-        q = i % 2 == 1 ? std::array{x * c + y * s, y * c - x * s, z * c + w * s, w * c - z * s}  // about z
-                       : std::array{x * c - z * s, y * c + w * s, z * c + x * s, w * c - y * s}; // about y
-        const Vec3f along = turned(q, {0, half_length, 0});
-        poses[i] = {base + along, q};
-        base += along * 2.0f;
+        joint = joint * Pose3f::turned(i % 2 == 1 ? Vec3f{0, 0, 1} : Vec3f{0, 1, 0}, angles[i]);
+        poses[i] = {joint.transform({0, half_length, 0}), joint.rotation};
+        joint.position = joint.transform({0, 2 * half_length, 0});
     }
 }
 

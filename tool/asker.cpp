@@ -24,22 +24,19 @@ float number(jostle_scenes::Random& random, float lo, float hi)
 
 Aabb3f around(const float* at, float half)
 {
-    return {{at[0] - half, at[1] - half, at[2] - half}, {at[0] + half, at[1] + half, at[2] + half}};
+    const jostle::Vec3f middle{at[0], at[1], at[2]};
+    return jostle::grown(Aabb3f{middle, middle}, half);
 }
 
 } // namespace
 
 Asker::Asker(std::span<const Aabb3f> boxes, std::uint64_t seed) : boxes_(boxes), random_(seed)
 {
-    float lo[3], hi[3];
-    for (int d = 0; d < 3; ++d) {
-        lo[d] = hi[d] = boxes[0].lo[d];
-        for (const Aabb3f& box : boxes) {
-            lo[d] = std::min(lo[d], box.lo[d]);
-            hi[d] = std::max(hi[d], box.hi[d]);
-        }
-        world_ = std::max(world_, hi[d] - lo[d]);
-    }
+    Aabb3f all = boxes[0];
+    for (const Aabb3f& box : boxes)
+        all = jostle::merged(all, box);
+    for (const float edge : jostle::size(all))
+        world_ = std::max(world_, edge);
 }
 
 Questions Asker::make(const QuestionBatch& batch)

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <type_traits>
 
@@ -39,6 +41,86 @@ template <int Dim, Coordinate T>
     for (int d = 0; d < Dim; ++d)
         if (!(a.lo[d] <= b.hi[d] && b.lo[d] <= a.hi[d])) return false;
     return true;
+}
+
+/// Whether a point lies in the closed box; no NaN does.
+template <int Dim, Coordinate T>
+[[nodiscard]] constexpr bool contains(const Aabb<Dim, T>& box, const Vec<Dim, T>& point) noexcept
+{
+    for (int d = 0; d < Dim; ++d)
+        if (!(box.lo[d] <= point[d] && point[d] <= box.hi[d])) return false;
+    return true;
+}
+/// Whether no point of `inner` lies outside of the box; false with any NaN.
+template <int Dim, Coordinate T>
+[[nodiscard]] constexpr bool contains(const Aabb<Dim, T>& box, const Aabb<Dim, T>& inner) noexcept
+{
+    for (int d = 0; d < Dim; ++d)
+        if (!(box.lo[d] <= inner.lo[d] && inner.hi[d] <= box.hi[d])) return false;
+    return true;
+}
+
+/// The least box around both. Of a NaN and a number it has a's.
+template <int Dim, Coordinate T>
+[[nodiscard]] constexpr Aabb<Dim, T> merged(const Aabb<Dim, T>& a, const Aabb<Dim, T>& b) noexcept
+{
+    return {min(a.lo, b.lo), max(a.hi, b.hi)};
+}
+/// The box with all sides moved outwards by `by`, or inwards where that is below 0, which may invert it.
+/// Rounded to nearest.
+template <int Dim, Coordinate T>
+[[nodiscard]] constexpr Aabb<Dim, T> grown(Aabb<Dim, T> box, std::type_identity_t<T> by) noexcept
+{
+    for (int d = 0; d < Dim; ++d) {
+        box.lo[d] -= by;
+        box.hi[d] += by;
+    }
+    return box;
+}
+/// The least box around the box and where it is after it has moved by `displacement`. Rounded to nearest.
+template <int Dim, Coordinate T>
+[[nodiscard]] constexpr Aabb<Dim, T> swept(const Aabb<Dim, T>& box, const Vec<Dim, T>& displacement) noexcept
+{
+    return merged(box, {box.lo + displacement, box.hi + displacement});
+}
+/// The middle of a box. NaN on an axis on which it has no end either way.
+template <int Dim, Coordinate T>
+[[nodiscard]] constexpr Vec<Dim, T> center(const Aabb<Dim, T>& box) noexcept
+{
+    return box.lo * T(0.5) + box.hi * T(0.5); // no sum that is beyond T's range
+}
+/// How long a box is on each axis.
+template <int Dim, Coordinate T>
+[[nodiscard]] constexpr Vec<Dim, T> size(const Aabb<Dim, T>& box) noexcept
+{
+    return box.hi - box.lo;
+}
+
+/// The least box in numbers of type To that holds the box: rounded_outward<float>(box) of doubles. What is
+/// beyond To's range becomes the greatest number of To inwards and infinity outwards. Infinities and NaN
+/// stay.
+template <Coordinate To, int Dim, Coordinate T>
+[[nodiscard]] Aabb<Dim, To> rounded_outward(const Aabb<Dim, T>& box) noexcept
+{
+    // The greatest number of To that isn't above x.
+    const auto down = [](T x) {
+        if constexpr (sizeof(To) < sizeof(T)) {
+            constexpr To infinity = std::numeric_limits<To>::infinity(),
+                         most = std::numeric_limits<To>::max();
+            if (x < -T{most}) return -infinity;
+            if (x > T{most}) return x == T{infinity} ? infinity : most;
+            const To near = static_cast<To>(x);
+            return T{near} > x ? std::nextafter(near, -infinity) : near;
+        } else {
+            return To{x};
+        }
+    };
+    Aabb<Dim, To> out;
+    for (int d = 0; d < Dim; ++d) {
+        out.lo[d] = down(box.lo[d]);
+        out.hi[d] = -down(-box.hi[d]);
+    }
+    return out;
 }
 
 /// A read-only view of one value per object, `stride` bytes apart: a member of the user's own structs, or

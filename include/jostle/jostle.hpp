@@ -21,7 +21,7 @@
 /// | shape_query.hpp       | the same verbs about the shapes of a world or index                 | mostly  |
 /// | process.hpp           | work on pairs, balanced over the cores                              | yes     |
 /// | responses.hpp         | results per object, added up by all cores without locks             | yes     |
-/// | box.hpp, vec.hpp      | boxes, views of boxes in your own memory, vectors                   | yes     |
+/// | box.hpp, vec.hpp, pose.hpp | boxes, views of boxes in your own memory, vectors, poses       | yes     |
 /// | pair_buffer.hpp, block_buffer.hpp, stats.hpp | what a search hands back                     | yes     |
 /// | recorder.hpp          | your boxes written to a file, for `jostle compare`                  | yes     |
 /// | error.hpp             | what bad data is answered with                                      | yes     |
@@ -44,6 +44,7 @@
 #include "jostle/objects.hpp"
 #include "jostle/pair_buffer.hpp"
 #include "jostle/periodic.hpp"
+#include "jostle/pose.hpp"
 #include "jostle/process.hpp"
 #include "jostle/queries.hpp"
 #include "jostle/query.hpp"

@@ -11,34 +11,10 @@
 
 #include "jostle/box.hpp"
 #include "jostle/error.hpp"
+#include "jostle/pose.hpp"
 #include "jostle/version.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
-
-/// Where an object is: world = rotate(local) + position.
-///
-/// Valid    positions within 1e60, finite rotations other than zero. Rotations are normalised where they are
-///          read, so one that has drifted from length 1 is no error and doesn't scale the shape.
-template <int Dim, Coordinate T>
-struct Pose;
-
-template <Coordinate T>
-struct Pose<3, T>
-{
-    Vec<3, T> position = {};
-    std::array<T, 4> rotation = {0, 0, 0, 1}; ///< a quaternion: x, y, z, w
-};
-template <Coordinate T>
-struct Pose<2, T>
-{
-    Vec<2, T> position = {};
-    std::array<T, 2> rotation = {1, 0}; ///< cosine and sine of the angle, counterclockwise
-};
-
-using Pose2f = Pose<2, float>;
-using Pose3f = Pose<3, float>;
-using Pose2d = Pose<2, double>;
-using Pose3d = Pose<3, double>;
 
 namespace narrow {
 template <int Dim>

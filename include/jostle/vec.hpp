@@ -179,11 +179,18 @@ struct Vec
             value *= factor;
         return *this;
     }
+    constexpr Vec& operator/=(T divisor) noexcept
+    {
+        for (T& value : values)
+            value /= divisor;
+        return *this;
+    }
     friend constexpr Vec operator+(Vec a, const Vec& b) noexcept { return a += b; }
     friend constexpr Vec operator-(Vec a, const Vec& b) noexcept { return a -= b; }
     friend constexpr Vec operator-(const Vec& a) noexcept { return Vec{} - a; }
     friend constexpr Vec operator*(Vec a, T factor) noexcept { return a *= factor; }
     friend constexpr Vec operator*(T factor, Vec a) noexcept { return a *= factor; }
+    friend constexpr Vec operator/(Vec a, T divisor) noexcept { return a /= divisor; }
 };
 
 using Vec2f = Vec<2, float>;
@@ -206,11 +213,62 @@ template <Coordinate T>
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
+/// In 2D, the third axis of the product in 3D: above 0 where b lies counterclockwise of a.
+template <Coordinate T>
+[[nodiscard]] constexpr T cross(const Vec<2, T>& a, const Vec<2, T>& b) noexcept
+{
+    return a[0] * b[1] - a[1] * b[0];
+}
+
+template <int Dim, Coordinate T>
+[[nodiscard]] constexpr T length_squared(const Vec<Dim, T>& a) noexcept
+{
+    return dot(a, a);
+}
+
 /// The Euclidean length. Squares beyond T's range make it infinite or zero.
 template <int Dim, Coordinate T>
 [[nodiscard]] T length(const Vec<Dim, T>& a) noexcept
 {
     return std::sqrt(dot(a, a));
+}
+
+/// The vector of length 1 in the same direction; zero for zero. It holds for all finite numbers, also those
+/// whose squares are beyond T's range. NaN or infinity in `a` makes it NaN.
+template <int Dim, Coordinate T>
+[[nodiscard]] Vec<Dim, T> normalized(const Vec<Dim, T>& a) noexcept
+{
+    T longest = 0;
+    for (const T value : a.values)
+        longest = std::abs(value) > longest ? std::abs(value) : longest;
+    if (a == Vec<Dim, T>{}) return {};
+    const Vec<Dim, T> scaled = a / longest;
+    return scaled / length(scaled);
+}
+
+/// Axis by axis, the lower number of the two; a's where either is NaN.
+template <int Dim, Coordinate T>
+[[nodiscard]] constexpr Vec<Dim, T> min(Vec<Dim, T> a, const Vec<Dim, T>& b) noexcept
+{
+    for (int axis = 0; axis < Dim; ++axis)
+        a[axis] = b[axis] < a[axis] ? b[axis] : a[axis];
+    return a;
+}
+/// Axis by axis, the higher number of the two; a's where either is NaN.
+template <int Dim, Coordinate T>
+[[nodiscard]] constexpr Vec<Dim, T> max(Vec<Dim, T> a, const Vec<Dim, T>& b) noexcept
+{
+    for (int axis = 0; axis < Dim; ++axis)
+        a[axis] = a[axis] < b[axis] ? b[axis] : a[axis];
+    return a;
+}
+
+/// The point at `t` on the way from a to b: exactly a at 0 and b at 1, beyond them for other t.
+template <int Dim, Coordinate T>
+[[nodiscard]] constexpr Vec<Dim, T> lerp(const Vec<Dim, T>& a, const Vec<Dim, T>& b,
+                                         std::type_identity_t<T> t) noexcept
+{
+    return a * (1 - t) + b * t;
 }
 
 JOSTLE_NAMESPACE_END

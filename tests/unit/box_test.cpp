@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 #include <numeric>
 #include <vector>
@@ -34,6 +35,71 @@ TEST(Overlaps, EveryAxisCanSeparate)
             EXPECT_FALSE(overlaps(unit, other));
             EXPECT_FALSE(overlaps(other, unit));
         }
+}
+
+TEST(Contains, PointsAndBoxesOfTheClosedBox)
+{
+    constexpr Aabb2f unit{{0, 0}, {1, 1}};
+    static_assert(contains(unit, Vec2f{0, 1}) && contains(unit, Vec2f{0.5f, 0.5f}));
+    static_assert(!contains(unit, Vec2f{0.5f, 1.0000001f}) && !contains(unit, Vec2f{-0.0000001f, 0.5f}));
+    static_assert(contains(unit, unit) && contains(unit, Aabb2f{{0.5f, 0}, {0.5f, 1}}));
+    static_assert(!contains(unit, Aabb2f{{0, 0}, {1, 2}}) && !contains(unit, Aabb2f{{-1, 0}, {1, 1}}));
+    static_assert(contains(Aabb2f{{-infinity, 0}, {infinity, 1}}, unit));
+    constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_FALSE(contains(unit, Vec2f{0.5f, nan}));
+    EXPECT_FALSE(contains(unit, Aabb2f{{0, nan}, {1, 1}}));
+    EXPECT_FALSE(contains(unit, Aabb2f{{0, 0}, {1, nan}}));
+    EXPECT_FALSE(contains(Aabb2f{{0, nan}, {1, 1}}, Vec2f{0.5f, 0.5f}));
+}
+
+TEST(Boxes, Grow)
+{
+    constexpr Aabb2d a{{0, 1}, {2, 3}}, b{{1, -1}, {5, 2}};
+    constexpr auto is = [](const Aabb2d& box, const Vec2d& lo, const Vec2d& hi) {
+        return box.lo == lo && box.hi == hi;
+    };
+    static_assert(is(merged(a, b), {0, -1}, {5, 3}) && is(merged(b, a), {0, -1}, {5, 3}));
+    static_assert(is(grown(a, 0.5), {-0.5, 0.5}, {2.5, 3.5}) && is(grown(a, -1), {1, 2}, {1, 2}));
+    static_assert(is(swept(a, {3, -2}), {0, -1}, {5, 3}) && is(swept(a, {0, 0}), a.lo, a.hi));
+    static_assert(center(a) == Vec2d{1, 2} && size(b) == Vec2d{4, 3});
+    constexpr double most = std::numeric_limits<double>::max();
+    static_assert(center(Aabb2d{{most, -most}, {most, most}}) == Vec2d{most, 0});
+}
+
+TEST(Boxes, RoundOutwardAndNoFurtherThanNeeded)
+{
+    constexpr double most = std::numeric_limits<float>::max(), everything = HUGE_VAL;
+    constexpr double least = std::numeric_limits<float>::denorm_min();
+    std::vector<double> numbers = {
+        0,     -0.0, 1,    0.1,   1.0 / 3,    16777217,           1e-300,     least, least / 2,
+        1e-40, most, 1e39, 1e300, most * 1.5, most * (1 + 1e-12), everything, 1e-46, 123456.789};
+    for (std::size_t i = 0, n = numbers.size(); i < n; ++i)
+        numbers.push_back(-numbers[i]);
+    for (const double lo : numbers)
+        for (const double hi : numbers) {
+            const Aabb2f box = rounded_outward<float>(Aabb2d{{lo, 0}, {hi, 0}});
+            ASSERT_LE(double{box.lo[0]}, lo) << lo;
+            ASSERT_GE(double{box.hi[0]}, hi) << hi;
+            if (box.lo[0] < infinity) { // the next float is beyond
+                ASSERT_TRUE(double{box.lo[0]} == lo || double{std::nextafter(box.lo[0], infinity)} > lo)
+                    << lo;
+            }
+            if (box.hi[0] > -infinity) {
+                ASSERT_TRUE(double{box.hi[0]} == hi || double{std::nextafter(box.hi[0], -infinity)} < hi)
+                    << hi;
+            }
+            if (std::isinf(lo)) {
+                ASSERT_EQ(double{box.lo[0]}, lo);
+            }
+            if (std::isinf(hi)) {
+                ASSERT_EQ(double{box.hi[0]}, hi);
+            }
+        }
+    EXPECT_TRUE(std::isnan(rounded_outward<float>(Aabb2d{{std::nan(""), 0}, {0, 0}}).lo[0]));
+    const Aabb2d same = rounded_outward<double>(Aabb2d{{0.1, -everything}, {1.0 / 3, 1e300}});
+    EXPECT_EQ(same.lo, Vec2d(0.1, -everything));
+    EXPECT_EQ(same.hi, Vec2d(1.0 / 3, 1e300));
+    EXPECT_EQ(rounded_outward<double>(Aabb2f{{0.1f, 0}, {1, 1}}).lo[0], double{0.1f});
 }
 
 TEST(Overlaps, PointsInfinitiesAndZeros)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // One vector type fits every question, and other people's vector types convert to it.
 #include <array>
+#include <cmath>
 #include <limits>
 #include <span>
 #include <type_traits>
@@ -104,6 +105,56 @@ TEST(Vec, Arithmetic)
     for (const double x : a)
         sum += x;
     EXPECT_EQ(sum, 6);
+}
+
+TEST(Vec, DividesAndMeasures)
+{
+    static_assert(Vec3d{2, 4, 6} / 2.0 == Vec3d{1, 2, 3});
+    Vec2f halved{1, 3};
+    halved /= 2;
+    EXPECT_EQ(halved, (Vec2f{0.5f, 1.5f}));
+    static_assert(jostle::length_squared(Vec3f{1, 2, 2}) == 9);
+    static_assert(jostle::cross(Vec2d{1, 0}, Vec2d{0, 1}) == 1 &&
+                  jostle::cross(Vec2d{2, 3}, Vec2d{5, 7}) == -1);
+}
+
+TEST(Vec, NormalizedHasLengthOneHoweverLongItWas)
+{
+    EXPECT_EQ(jostle::normalized(Vec2d{3, -4}), (Vec2d{0.6, -0.8}));
+    for (const double size : {1e-320, 1e-200, 1e-30, 1.0, 1e200, 1e307}) {
+        const Vec3d unit = jostle::normalized(Vec3d{2 * size, -3 * size, 6 * size});
+        EXPECT_NEAR(unit[0], 2.0 / 7, size < 1e-310 ? 1e-3 : 1e-15) << size;
+        EXPECT_NEAR(unit[1], -3.0 / 7, size < 1e-310 ? 1e-3 : 1e-15) << size;
+        EXPECT_NEAR(jostle::length(unit), 1, 1e-15) << size;
+    }
+    EXPECT_EQ(jostle::normalized(Vec3f{}), Vec3f{});
+    EXPECT_EQ(jostle::normalized(Vec2d{0, -0.0}), Vec2d{});
+    constexpr float nan = std::numeric_limits<float>::quiet_NaN(),
+                    infinity = std::numeric_limits<float>::infinity();
+    for (const Vec2f& bad : {Vec2f{nan, 0}, Vec2f{0, nan}, Vec2f{1, nan}, Vec2f{infinity, 1}}) {
+        const Vec2f unit = jostle::normalized(bad);
+        EXPECT_TRUE(std::isnan(unit[0]) || std::isnan(unit[1])) << bad[0] << " " << bad[1];
+    }
+}
+
+TEST(Vec, MinAndMaxGoAxisByAxis)
+{
+    constexpr Vec3d a{1, 5, -2}, b{3, 4, -2.5};
+    static_assert(jostle::min(a, b) == Vec3d{1, 4, -2.5});
+    static_assert(jostle::max(a, b) == Vec3d{3, 5, -2});
+    constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+    const Vec2f some{nan, 1}, others{2, nan};
+    EXPECT_TRUE(std::isnan(jostle::min(some, others)[0]) && std::isnan(jostle::max(some, others)[0]));
+    EXPECT_EQ(jostle::min(some, others)[1], 1);
+    EXPECT_EQ(jostle::max(some, others)[1], 1);
+}
+
+TEST(Vec, LerpEndsExactly)
+{
+    constexpr Vec2f a{0.1f, -7}, b{1e20f, 3};
+    static_assert(jostle::lerp(a, b, 0) == a && jostle::lerp(a, b, 1) == b);
+    static_assert(jostle::lerp(Vec2f{0, 2}, Vec2f{4, 4}, 0.25f) == Vec2f{1, 2.5f});
+    static_assert(jostle::lerp(Vec2f{0, 2}, Vec2f{4, 4}, 2) == Vec2f{8, 6});
 }
 
 // A vector of the user's goes straight into every box, question and command.
