@@ -13,6 +13,7 @@
 #include "jostle/cast.hpp"
 #include "jostle/contact.hpp"
 #include "jostle/function_ref.hpp"
+#include "jostle/objects.hpp"
 #include "jostle/queries.hpp"
 #include "jostle/shapes.hpp"
 #include "jostle/version.hpp"
@@ -59,8 +60,8 @@ namespace detail {
 
 } // namespace detail
 
-/// Shape and pose of each object, found by its id in a BoxIndex or the index of its id in a World: arrays,
-/// vectors, spans or members of structs, or a function that is given the id.
+/// Shape and pose of each object, found by its id in a BoxIndex or the index of its id in a World: Objects, or
+/// a function that is given the id.
 ///
 /// Lifetime  it refers to what it is made of: write it where it is used, {shapes, poses} or a lambda.
 template <int Dim, Coordinate T>
@@ -68,9 +69,10 @@ class PosedShapes
 {
   public:
     PosedShapes(StridedView<Shape<Dim>> shapes, StridedView<Pose<Dim, T>> poses)
-        : shapes_(shapes), poses_(poses)
+        : objects_{shapes, poses}
     {
     }
+    PosedShapes(const Objects<Dim, T>& objects) : objects_(objects) {}
     /// PosedShape<Dim, T> of(std::uint32_t id); called by several threads at a time in a batch.
     template <class F>
         requires(!std::same_as<std::remove_cvref_t<F>, PosedShapes> &&
@@ -86,15 +88,14 @@ class PosedShapes
             const PosedShape<Dim, T> object = of_(id);
             use(object.shape, object.pose);
         } else {
-            if (id >= shapes_.size() || id >= poses_.size())
-                detail::throw_no_shape(id, shapes_.size(), poses_.size());
-            use(shapes_[id], poses_[id]);
+            if (id >= objects_.shapes.size() || id >= objects_.poses.size())
+                detail::throw_no_shape(id, objects_.shapes.size(), objects_.poses.size());
+            use(objects_.shapes[id], objects_.poses[id]);
         }
     }
 
   private:
-    StridedView<Shape<Dim>> shapes_;
-    StridedView<Pose<Dim, T>> poses_;
+    Objects<Dim, T> objects_;
     FunctionRef<PosedShape<Dim, T>(std::uint32_t id)> of_;
 };
 
