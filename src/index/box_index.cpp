@@ -36,9 +36,11 @@ class Answering
 {
   public:
     /// Null: it calls none.
-    explicit Answering(const void* index) noexcept : index_(index), outer_(PerThread<const Answering>::get())
+    explicit Answering(const void* index) noexcept : index_(index)
     {
-        if (index_ != nullptr) PerThread<const Answering>::set(this);
+        if (index_ == nullptr) return;
+        outer_ = PerThread<const Answering>::get();
+        PerThread<const Answering>::set(this);
     }
     Answering(const Answering&) = delete;
     Answering& operator=(const Answering&) = delete;
@@ -57,7 +59,7 @@ class Answering
 
   private:
     const void* const index_;
-    const Answering* const outer_;
+    const Answering* outer_ = nullptr;
 };
 
 /// Whether an object counts by a filter.
@@ -153,6 +155,17 @@ struct BoxIndex<Dim, T>::Implementation
     {
         index::check(query, number, options.ignore_odd_boxes);
     }
+    /// Calls body(wanted) with what counts by the filter of one query.
+    template <class Body>
+    auto filtered(const QueryFilter& filter, std::size_t query, const Body& body) const
+    {
+        if (takes_all(filter)) return body(Wanted());
+        const Answering answering(filter.accept ? this : nullptr); // on this thread
+        const auto wanted = [&](std::uint32_t id) {
+            return takes(filter, static_cast<std::uint32_t>(query), id);
+        };
+        return body(Wanted(wanted));
+    }
     void check_filters(const Filters& filters, std::size_t queries) const
     {
         if (!filters.one_each()) return index::check(filters[0], tree.id_end());
@@ -188,10 +201,10 @@ struct BoxIndex<Dim, T>::Implementation
     bool visit_joined(const BoxView<Dim, T>& boxes, PairVisitor visitor, const Filters& filters) const
     {
         index::check_joined(boxes, options.ignore_odd_boxes);
-        const AskingMany asking(*this, filters, boxes.size(), this);
+        const AskingMany asking(*this, filters, boxes.size(), Visits::in_own_order);
         for (std::size_t i = 0; i < boxes.size(); ++i) {
             const auto a = static_cast<std::uint32_t>(i);
-            const auto visit_all = [&](const Asking& one, std::size_t, Wanted wanted) {
+            const auto visit_all = [&](const auto& one, std::size_t, Wanted wanted) {
                 return one.answers().visit(boxes[i], wanted, [&](std::uint32_t b) { return visitor(a, b); });
             };
             if (!asking.with(i, visit_all)) return false;
@@ -233,24 +246,15 @@ class BoxIndex<Dim, T>::Implementation::Asking
 {
   public:
     Asking(const Implementation& index, const QueryFilter& filter, Visits visits = Visits::no)
-        : Asking(index, (index::check(filter, index.tree.id_end()), filter),
-                 filter.accept || visits != Visits::no ? &index : nullptr)
+        : index_(index), filter_(filter), answering_(visits != Visits::no ? &index : nullptr)
     {
+        index::check(filter, index.tree.id_end());
     }
-    /// `filter` has been checked. `called_from`: the index, if code of the user's is called, else null.
-    Asking(const Implementation& index, const QueryFilter& filter, const Implementation* called_from)
-        : answers_(index.kernels, index.tree), filter_(filter), answering_(called_from)
-    {
-    }
-    [[nodiscard]] const index::Answers<Dim, T>& answers() const noexcept { return answers_; }
+    [[nodiscard]] index::Answers<Dim, T> answers() const { return {index_.kernels, index_.tree}; }
     template <class Body>
     auto with(std::size_t query, const Body& body) const
     {
-        if (takes_all(filter_)) return body(Wanted());
-        const auto wanted = [&](std::uint32_t id) {
-            return takes(filter_, static_cast<std::uint32_t>(query), id);
-        };
-        return body(Wanted(wanted));
+        return index_.filtered(filter_, query, body);
     }
     template <class Found>
     [[nodiscard]] const Found& given(const Found& found) const noexcept
@@ -264,7 +268,7 @@ class BoxIndex<Dim, T>::Implementation::Asking
     }
 
   private:
-    const index::Answers<Dim, T> answers_;
+    const Implementation& index_;
     const QueryFilter& filter_;
     const Answering answering_;
 };
@@ -275,8 +279,12 @@ class BoxIndex<Dim, T>::Implementation::AskingMany
 {
   public:
     AskingMany(const Implementation& index, const Filters& filters, std::size_t queries,
-               const Implementation* called_from = nullptr)
-        : index_(index), count_(queries), filters_(filters), answering_(called_from)
+               Visits visits = Visits::no)
+        : index_(index),
+          count_(queries),
+          filters_(filters),
+          one_{{index.kernels, index.tree}},
+          answering_(visits != Visits::no ? &index : nullptr)
     {
         index.check_filters(filters, queries);
     }
@@ -284,9 +292,7 @@ class BoxIndex<Dim, T>::Implementation::AskingMany
     template <class Body>
     auto with(std::size_t i, const Body& body) const
     {
-        const QueryFilter& filter = filters_[i];
-        const Asking asking(index_, filter, filter.accept ? &index_ : nullptr); // on this thread
-        return asking.with(i, [&](Wanted wanted) { return body(asking, i, wanted); });
+        return index_.filtered(filters_[i], i, [&](Wanted wanted) { return body(one_, i, wanted); });
     }
     template <class Body>
     void each(const Body& body) const
@@ -298,16 +304,28 @@ class BoxIndex<Dim, T>::Implementation::AskingMany
     {
         ResultListsAccess::fill(out, count_, index::of_batch(index_.executor()),
                                 [&](std::size_t i, auto& items) {
-                                    return with(i, [&](const Asking& asking, std::size_t, Wanted wanted) {
-                                        return find(asking, i, wanted, items);
+                                    return with(i, [&](const One& one, std::size_t, Wanted wanted) {
+                                        return find(one, i, wanted, items);
                                     });
                                 });
     }
 
   private:
+    /// What is the same for all of them.
+    struct One
+    {
+        index::Answers<Dim, T> same;
+        [[nodiscard]] const index::Answers<Dim, T>& answers() const noexcept { return same; }
+        template <class Found>
+        [[nodiscard]] const Found& given(const Found& found) const noexcept
+        {
+            return found;
+        }
+    };
     const Implementation& index_;
     std::size_t count_;
     Filters filters_;
+    One one_;
     const Answering answering_;
 };
 
