@@ -207,6 +207,10 @@ class Queries
     template <class Given>
     using Visitor = std::conditional_t<std::same_as<Given, Id>, FunctionRef<bool(Id id)>,
                                        FunctionRef<bool(const Given& found, T& bound)>>;
+    /// Regions are of boxes alone. Said by the type, for compilers that try to make shapes of a visitor before
+    /// they look at what `visit` requires.
+    template <class Query>
+    using ShapesFor = std::conditional_t<RegionOf<Query, Dim, T>, std::nullptr_t, Shapes>;
     using JoinVisitor = FunctionRef<bool(std::uint32_t position, Id id)>;
     using ClosestVisitor = FunctionRef<bool(const PairHit<T, Id>& pair, T& bound)>;
     /// Where a call takes `max_results`: all of them.
@@ -261,7 +265,7 @@ class Queries
     /// Answers that have an order wait in a vector until no box is left that may hold a nearer one.
     template <class Query>
         requires ShapeQueryOf<Query, Dim, T> || std::same_as<Query, NearestToShape<Dim, T>>
-    bool visit(const Query& query, const Shapes& objects, Visitor<ShapeAnswer<Query>> visitor,
+    bool visit(const Query& query, const ShapesFor<Query>& objects, Visitor<ShapeAnswer<Query>> visitor,
                const Filter& filter = {}) const;
 
     // --- Pairs ---

@@ -147,7 +147,7 @@ bool Queries<Structure, Dim, T, Id, Filter>::all(const Query& query, const Shape
 template <class Structure, int Dim, Coordinate T, class Id, class Filter>
 template <class Query>
     requires ShapeQueryOf<Query, Dim, T> || std::same_as<Query, NearestToShape<Dim, T>>
-bool Queries<Structure, Dim, T, Id, Filter>::visit(const Query& query, const Shapes& objects,
+bool Queries<Structure, Dim, T, Id, Filter>::visit(const Query& query, const ShapesFor<Query>& objects,
                                                    Visitor<ShapeAnswer<Query>> visitor,
                                                    const Filter& filter) const
 {
