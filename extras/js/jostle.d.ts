@@ -177,8 +177,6 @@ export interface Filter {
 export interface StreamOptions extends Filter {
   /** 2 or 3. */
   dim: Dimension;
-  /** Takes NaN and inverted boxes: they touch nothing, and `stats.odd` counts them. */
-  ignoreOddBoxes?: boolean;
 }
 
 export interface FindOptions extends StreamOptions {
@@ -196,21 +194,19 @@ export interface FindOptions extends StreamOptions {
 }
 export type Engine = "grid" | "chapter" | "uniform" | "brute";
 
-/** In space that repeats itself there is one set of boxes, and none may be odd. */
+/** In space that repeats itself there is one set of boxes. */
 export interface PeriodicOptions
   extends Pick<FindOptions, "dim" | "sort" | "category" | "mask" | "owner" | "accept"> {}
 
 /** Of many scenes: numbers of boxes are those within their scene, but for the filter's arrays. */
 export interface ScenesOptions
-  extends Pick<FindOptions, "dim" | "ignoreOddBoxes" | "category" | "mask" | "owner"> {
+  extends Pick<FindOptions, "dim" | "category" | "mask" | "owner"> {
   accept?: (scene: number, a: number, b: number) => boolean;
 }
 
 /** What a search did. Times are in milliseconds. */
 export interface FindStats {
   objects: number;
-  /** Of these: ignored. */
-  odd: number;
   pairs: number;
   /** Copies of boxes that were stored in bricks. */
   records: number;
@@ -467,8 +463,6 @@ export interface Questionable<Id, IdArray, F> {
 export interface IndexOptions {
   dim: Dimension;
   type?: NumberType;
-  /** Takes NaN and inverted boxes: nothing finds such objects, and `stats.odd` counts them. */
-  ignoreOddBoxes?: boolean;
 }
 
 /**
@@ -490,7 +484,6 @@ export interface BoxIndex extends Disposable, Questionable<number, Uint32Array, 
   join(boxes: Floats): Uint32Array;
   readonly stats: {
     objects: number;
-    odd: number;
     pages: number;
     leaves: number;
     nodes: number;
@@ -509,8 +502,6 @@ export interface WorldOptions {
   type?: NumberType;
   /** Every box is this much bigger on every side. */
   margin?: number;
-  /** Takes NaN and inverted boxes: such objects touch nothing, and `stats.odd` counts them. */
-  ignoreOddBoxes?: boolean;
   /** Gives each pair that touches a small number of its own. */
   pairSlots?: boolean;
   /** Asked once for each pair that would begin. */
@@ -567,7 +558,6 @@ export interface WorldStats {
   usResting: number;
   usEvents: number;
   usIndex: number;
-  odd: number;
   contested: number;
 }
 

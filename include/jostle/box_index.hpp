@@ -21,14 +21,13 @@
 
 JOSTLE_NAMESPACE_BEGIN
 
-/// Executor, memory, instruction set, and whether odd boxes are accepted: the same as a finder's.
+/// Executor, memory and instruction set: the same as a finder's.
 using IndexOptions = FinderOptions;
 
 /// Tells what an index is made of at the moment, and how much was done to keep it in order.
 struct IndexStats
 {
     std::uint64_t objects = 0;
-    std::uint64_t odd = 0;    ///< of these: found by nothing; see FinderOptions::ignore_odd_boxes
     std::uint64_t pages = 0;  ///< groups of at most 256 objects
     std::uint64_t leaves = 0; ///< groups of at most 16 objects, what is tested at once
     std::uint64_t nodes = 0;  ///< groups of at most 16 pages or nodes
@@ -101,7 +100,7 @@ class JOSTLE_API BoxIndex : public Queries<BoxIndex<Dim, T>, Dim, T, std::uint32
     [[nodiscard]] bool contains(std::uint32_t id) const noexcept;
     /// Returns the box of an object that is in the index.
     [[nodiscard]] Box box(std::uint32_t id) const;
-    /// Returns the least box around all boxes that aren't odd; none if there is none. Costs nothing.
+    /// Returns the least box around all boxes; none if there is none. Costs nothing.
     [[nodiscard]] std::optional<Box> bounds() const noexcept;
     [[nodiscard]] IndexStats stats() const noexcept;
 

@@ -109,12 +109,6 @@ struct FinderOptions
     /// For tests and measurements. The constructor throws `Error` if it is not one of
     /// supported_instruction_sets().
     InstructionSet instruction_set = supported_instruction_sets().front();
-    /// Accepts odd boxes (NaN or inverted) instead of throwing an `Error`, for hosts that hand over such
-    /// boxes now and then. An odd box touches nothing and is found by no question, as if it weren't there,
-    /// but keeps its number or id; `odd` in Stats and IndexStats counts them. A question with an odd box
-    /// finds nothing, and a sweep that doesn't move hits, at 0, what its box touches. Calls that change an
-    /// index, and joins, allocate where an odd box is among those that they are given.
-    bool ignore_odd_boxes = false;
 };
 
 /// The broad phase: finds all pairs of touching boxes, anew in each call.
@@ -138,7 +132,7 @@ struct FinderOptions
 /// Memory    stays as large as the largest call needed, until release_memory().
 /// Threads   one call at a time per finder. A second one, also from inside a callback, is an `Error`. Use one
 ///           finder per thread, or one finder with an executor of many threads.
-/// Errors    `Error` that names the lowest odd box (NaN or inverted), `std::bad_alloc`, or what a callback
+/// Errors    `Error` that names the lowest box that is NaN or inverted, `std::bad_alloc`, or what a callback
 ///           threw. If several callbacks throw, one of the exceptions leaves the call, the same for any
 ///           number of threads. The finder can be used afterwards, and its result buffer is empty.
 /// Source    hierarchical grids: Mirtich (1996); store-in-every-cell with an owner rule in place of a set

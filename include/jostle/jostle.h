@@ -402,8 +402,7 @@ typedef struct jostle_options
     const jostle_executor* executor;   ///< NULL: the default executor
     const jostle_allocator* allocator; ///< NULL: new and delete
     jostle_instruction_set instruction_set;
-    int32_t ignore_odd_boxes; ///< 1: NaN and inverted boxes touch nothing
-    int32_t all_points;       ///< 1: a contact for each triangle, jostle::ContactOptions::all_points
+    int32_t all_points; ///< 1: a contact for each triangle, jostle::ContactOptions::all_points
 } jostle_options;
 
 // ---------------------------------------------------------------------------------------------------------
@@ -417,7 +416,7 @@ JOSTLE_C_API jostle_status jostle_boxes_strided(jostle_space space, const void* 
                                                 jostle_error* error);
 /// Fails as every search would with these boxes, or does nothing. Cost: one pass.
 JOSTLE_C_API jostle_status jostle_boxes_check(jostle_space space, const jostle_boxes* boxes,
-                                                 jostle_error* error);
+                                              jostle_error* error);
 /// The definition that every index answers to: whether one box answers one question that an index takes, and
 /// where (jostle_hit::at; 0 for regions). For JOSTLE_NEAREST and JOSTLE_NEAREST_TO_BOX: the squared distance,
 /// and whether its root is at most max_distance.
@@ -490,7 +489,6 @@ typedef struct jostle_stats
     uint64_t struct_size; ///< set by the caller; what the caller's struct doesn't have isn't written
     uint64_t objects, pairs, records, candidates, ties, bricks, nested_grids, bytes_reserved;
     double ms_total, ms_tune, ms_scatter, ms_sweep, ms_finish;
-    uint64_t odd; ///< of the objects: ignored
 } jostle_stats;
 
 /// Takes a piece of the result: jostle::PairChunk. 1: go on. 0: stop the search.
@@ -616,7 +614,6 @@ typedef struct jostle_index_stats
 {
     uint64_t struct_size; ///< set by the caller
     uint64_t objects, pages, leaves, nodes, depth, bytes, sorts, splits;
-    uint64_t odd; ///< of the objects: found by nothing
 } jostle_index_stats;
 
 /// `options` may be NULL.
@@ -646,7 +643,7 @@ JOSTLE_C_API jostle_status jostle_index_contains(const jostle_index* index, cons
 /// The boxes of objects that are in the index: 2 dim numbers each.
 JOSTLE_C_API jostle_status jostle_index_boxes(const jostle_index* index, const uint32_t* ids, uint64_t count,
                                               void* boxes, jostle_error* error);
-/// The least box around all that aren't odd, 2 dim numbers; `any` becomes 0 where there are none, else 1.
+/// The least box around all, 2 dim numbers; `any` becomes 0 where there are none, else 1.
 JOSTLE_C_API jostle_status jostle_index_bounds(const jostle_index* index, int32_t* any, void* box,
                                                jostle_error* error);
 JOSTLE_C_API jostle_status jostle_index_stats_read(const jostle_index* index, jostle_index_stats* stats,
@@ -736,8 +733,7 @@ typedef struct jostle_world_options
     double margin;
     jostle_accept_object_pair_function accept; ///< may be NULL
     void* context;
-    int32_t pair_slots;       ///< 1: each pair that touches has a number of its own
-    int32_t ignore_odd_boxes; ///< 1: as in `common`; such objects are counted
+    int32_t pair_slots; ///< 1: each pair that touches has a number of its own
 } jostle_world_options;
 
 /// What new objects are like: jostle::ObjectOptions.
@@ -771,7 +767,7 @@ typedef struct jostle_world_stats
         persisted, ended;
     uint64_t bytes_reserved;
     double us_total, us_apply, us_active, us_resting, us_events, us_index;
-    uint64_t odd, contested;
+    uint64_t contested;
 } jostle_world_stats;
 
 /// A part of the picture: a box, 2 dim numbers, or a line from centre to centre, 2 dim numbers.

@@ -17,7 +17,6 @@ JOSTLE_NAMESPACE_BEGIN
 struct Stats
 {
     std::uint64_t objects = 0;    ///< boxes read
-    std::uint64_t odd = 0;        ///< of these: ignored; see FinderOptions::ignore_odd_boxes
     std::uint64_t pairs = 0;      ///< pairs reported
     std::uint64_t records = 0;    ///< box copies stored in bricks; few boxes need none
     std::uint64_t candidates = 0; ///< pairs of records whose bounds were compared

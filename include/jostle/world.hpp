@@ -63,7 +63,7 @@ struct ObjectPair
 
 enum class EndReason : std::uint8_t
 {
-    moved_apart, ///< the boxes touch no more, or one of them is odd
+    moved_apart, ///< the boxes touch no more
     removed,     ///< one of the objects is gone
     disabled,    ///< one of the objects was disabled
     filtered,    ///< the boxes touch, but a filter or `accept` is against it now
@@ -101,13 +101,6 @@ struct WorldOptions
     InstructionSet instruction_set = supported_instruction_sets().front();
     /// Added to every side of every box, in the boxes' units: pairs begin before boxes touch.
     double margin = 0;
-    /// Accepts odd boxes (NaN or inverted, or NaN once displaced) instead of throwing an `Error`, for hosts
-    /// that hand over such boxes now and then. An object with an odd box keeps its id, but touches nothing
-    /// and is found by no question, and its pairs end as `moved_apart`; until it gets a good box again.
-    /// WorldStats::odd counts these objects. resize() leaves an odd box as it is.
-    /// Questions with an odd box are accepted as well, and find nothing; so are sweeps that don't move, which
-    /// hit, at 0, what their box touches.
-    bool ignore_odd_boxes = false;
     /// Each pair that touches has a number of its own: see World::began_slots. Costs up to 45 bytes a pair,
     /// and some 80 ns for one that begins or ends, one thread doing it.
     bool pair_slots = false;
@@ -126,7 +119,6 @@ struct WorldStats
     std::uint64_t resting = 0;  ///< of these: kept in the index, cost nothing
     std::uint64_t active = 0;   ///< of these: changed of late, and aren't at rest yet
     std::uint64_t disabled = 0; ///< of these
-    std::uint64_t odd = 0;      ///< of these: enabled, with an odd box; see ignore_odd_boxes
     std::uint64_t refused = 0;  ///< pairs that `accept` has refused and that still touch
 
     std::uint64_t commands = 0; ///< applied by the last update
@@ -150,8 +142,7 @@ struct WorldStats
     double us_total = 0, us_apply = 0, us_active = 0, us_resting = 0, us_events = 0, us_index = 0;
 };
 
-/// What a world draws, see World::draw: boxes of objects, but for odd ones, and lines for pairs, from centre
-/// to centre.
+/// What a world draws, see World::draw: boxes of objects, and lines for pairs, from centre to centre.
 enum class DrawKind : std::uint8_t
 {
     active,    ///< a box
@@ -190,7 +181,7 @@ enum class DrawKind : std::uint8_t
 /// Numbers   unlike a PairFinder, leaves the threads' floating-point mode alone: where the host flushes
 ///           denormal numbers to zero, bounds a denormal apart may touch.
 /// Errors    `Error` that names the object and the value, from the call that was given it: stale ids, NaN
-///           or inverted boxes (see ignore_odd_boxes). `std::bad_alloc`. Either leaves the world as it was.
+///           or inverted boxes. `std::bad_alloc`. Either leaves the world as it was.
 template <int Dim, Coordinate T>
 class JOSTLE_API World : public Queries<World<Dim, T>, Dim, T, ObjectId, ObjectQueryFilter>
 {
@@ -344,8 +335,7 @@ class JOSTLE_API World : public Queries<World<Dim, T>, Dim, T, ObjectId, ObjectQ
     [[nodiscard]] std::optional<Box> bounds() const;
     /// Returns the object's box as it was given, without margin and displacement.
     [[nodiscard]] Box box(ObjectId id) const;
-    /// Returns the object's bounds, as they are compared with others: margin and displacement included; NaN
-    /// of an odd box.
+    /// Returns the object's bounds, as they are compared with others: margin and displacement included.
     [[nodiscard]] Box bounds(ObjectId id) const;
     [[nodiscard]] ObjectFilter filter(ObjectId id) const;
     [[nodiscard]] bool enabled(ObjectId id) const;

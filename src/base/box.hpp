@@ -20,16 +20,6 @@ template <int Dim, Coordinate T>
     return all;
 }
 
-/// How many of the boxes are odd: NaN or inverted.
-template <int Dim, Coordinate T>
-[[nodiscard]] constexpr std::uint64_t count_odd(const BoxView<Dim, T>& boxes) noexcept
-{
-    std::uint64_t odd = 0;
-    for (std::size_t i = 0; i < boxes.size(); ++i)
-        odd += !valid(boxes[i]);
-    return odd;
-}
-
 /// Whether two boxes have the same bounds; 0 and -0 are the same.
 template <int Dim, Coordinate T>
 [[nodiscard]] constexpr bool same(const Aabb<Dim, T>& a, const Aabb<Dim, T>& b) noexcept

@@ -101,7 +101,6 @@ Kept keep(const jostle_options* options)
         kept.memory = std::make_shared<CallbackMemory>(allocator);
     }
     kept.instruction_set = instruction_set_of(given.instruction_set);
-    kept.ignore_odd_boxes = given.ignore_odd_boxes != 0;
     kept.all_points = given.all_points != 0;
     return kept;
 }

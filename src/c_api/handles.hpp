@@ -272,7 +272,6 @@ struct Kept
     std::shared_ptr<Executor> executor; // null: the default one
     std::shared_ptr<std::pmr::memory_resource> memory;
     InstructionSet instruction_set = supported_instruction_sets().front();
-    bool ignore_odd_boxes = false;
     bool all_points = false;
 
     [[nodiscard]] std::pmr::memory_resource* resource() const noexcept
@@ -287,7 +286,6 @@ struct Kept
         options.executor = executor.get();
         options.memory = resource();
         options.instruction_set = instruction_set;
-        if constexpr (requires { options.ignore_odd_boxes; }) options.ignore_odd_boxes = ignore_odd_boxes;
         if constexpr (requires { options.all_points; }) options.all_points = all_points;
         return options;
     }

@@ -258,7 +258,7 @@ jostle_status jostle_index_stats_read(const jostle_index* index, jostle_index_st
             const IndexStats s = typed.stats();
             write_stats(stats,
                         jostle_index_stats{0, s.objects, s.pages, s.leaves, s.nodes, s.depth, s.bytes,
-                                           s.sorts, s.splits, s.odd},
+                                           s.sorts, s.splits},
                         "jostle_index_stats");
         });
     });

@@ -281,7 +281,7 @@ jostle_status jostle_finder_stats(const jostle_finder* finder, jostle_stats* sta
         write_stats(stats,
                     jostle_stats{0, s.objects, s.pairs, s.records, s.candidates, s.ties, s.bricks,
                                  s.nested_grids, s.bytes_reserved, s.ms_total, s.ms_tune, s.ms_scatter,
-                                 s.ms_sweep, s.ms_finish, s.odd},
+                                 s.ms_sweep, s.ms_finish},
                     "jostle_stats");
     });
 }

@@ -168,8 +168,7 @@ jostle_status jostle_world_stats_read(const jostle_world* world, jostle_world_st
                                    s.refused,   s.commands,   s.dropped,         s.changed,  s.woken,
                                    s.settled,   s.candidates, s.false_positives, s.listed,   s.began,
                                    s.persisted, s.ended,      s.bytes_reserved,  s.us_total, s.us_apply,
-                                   s.us_active, s.us_resting, s.us_events,       s.us_index, s.odd,
-                                   s.contested},
+                                   s.us_active, s.us_resting, s.us_events,       s.us_index, s.contested},
                 "jostle_world_stats");
         });
     });

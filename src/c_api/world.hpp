@@ -92,7 +92,6 @@ class WorldContent final : public Content
         WorldOptions options = kept.options<WorldOptions>();
         options.margin = given.margin;
         options.pair_slots = given.pair_slots != 0;
-        options.ignore_odd_boxes |= given.ignore_odd_boxes != 0;
         if (accept != nullptr)
             options.accept = [call = accept, with = context](ObjectId a, ObjectId b) {
                 return agreed(call(with, to_c(a), to_c(b)));

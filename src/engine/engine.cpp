@@ -135,17 +135,16 @@ class Engine::Search
     void scatter(const Grid<T>& grid)
     {
         const std::uint32_t units = Scatter<Dim, T>::units_of(boxes_);
-        const bool ignores_odd = engine_.ignores_odd_boxes();
         each_slot([&](Slot& mine, std::uint32_t s) {
             mine.store.clear(grid.bricks());
             Scatter<Dim, T> to_store(kernels_, boxes_, grid, mine.template unit<T>(), mine.store);
             const auto [first, last] = share_of(s, units);
-            for (std::uint32_t u = first; u < last && (ignores_odd || mine.counts.odd == 0); ++u)
-                mine.counts.odd += to_store.add_unit(u);
+            for (std::uint32_t u = first; u < last && !mine.bad_box; ++u)
+                mine.bad_box = !to_store.add_unit(u);
             mine.store.close();
         });
-        for (std::uint32_t s = 0; s < slots_ && !ignores_odd; ++s)
-            if (slot(s).counts.odd != 0) throw BadBox{};
+        for (std::uint32_t s = 0; s < slots_; ++s)
+            if (slot(s).bad_box) throw BadBox{};
     }
 
     /// The contiguous share of a slot, so that the slots' stores one after the other are in the order of the
@@ -495,7 +494,6 @@ class Engine::Search
         total.objects += boxes_.size();
         for (std::uint32_t s = 0; s < slots_; ++s) {
             const Counts& counts = slot(s).counts;
-            total.odd += counts.odd;
             total.records += counts.records;
             total.candidates += counts.steps * 2 * step_size;
             total.ties += counts.ties;
@@ -605,9 +603,8 @@ bool Engine::search_few(const Boxes<Dim, T>& boxes, const Request& request)
     const std::size_t room = std::bit_ceil(static_cast<std::size_t>(most) + 8);
     Pair* const first =
         request.sink ? slot.to_sink.reserve_exactly(room) : chunks_.next(*request.result, room).data();
-    Pair* end = find_among_few(options_, boxes, slot.unit<T>(), first);
+    Pair* end = find_among_few(options_.instruction_set, boxes, slot.unit<T>(), first);
     if (end == nullptr) throw BadBox{};
-    if (ignores_odd_boxes()) stats.odd += count_odd(boxes.a) + count_odd(boxes.b);
 
     stats.objects += n;
     stats.candidates += most;

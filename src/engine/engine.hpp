@@ -81,7 +81,6 @@ class Engine
 
     [[nodiscard]] Executor& executor() const noexcept { return *executor_; }
     [[nodiscard]] InstructionSet instruction_set() const noexcept { return options_.instruction_set; }
-    [[nodiscard]] bool ignores_odd_boxes() const noexcept { return options_.ignore_odd_boxes; }
     /// Has as much memory as `other`: next time the work may be shared out the other way round.
     void match(const Engine& other);
     [[nodiscard]] std::uint64_t bytes() const noexcept;

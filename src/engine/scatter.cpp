@@ -7,7 +7,7 @@ JOSTLE_NAMESPACE_BEGIN
 namespace engine {
 
 template <int Dim, class T>
-std::uint32_t Scatter<Dim, T>::add_unit(std::uint32_t number)
+bool Scatter<Dim, T>::add_unit(std::uint32_t number)
 {
     const std::uint32_t units_a = units_of(boxes_.a.size());
     const bool in_a = number < units_a;
@@ -20,26 +20,8 @@ std::uint32_t Scatter<Dim, T>::add_unit(std::uint32_t number)
         unit_.object[i] = (static_cast<std::uint32_t>(begin) + i) | side;
     for (std::size_t i = std::max(begin, boxes_.loners); i < begin + unit_.count; ++i)
         unit_.object[i - begin] |= side_a;
-    const std::uint32_t count = unit_.count;
     append_unit();
-    return count - unit_.count;
-}
-
-/// Leaves the unit with what is valid in it, in the same order.
-template <int Dim, class T>
-void Scatter<Dim, T>::drop_odd()
-{
-    const std::uint32_t count = unit_.count;
-    unit_.count = 0;
-    for (std::uint32_t i = 0; i < count; ++i) {
-        if (!valid<Dim>(unit_, i)) continue;
-        const std::uint32_t to = unit_.count++;
-        unit_.object[to] = unit_.object[i];
-        for (int d = 0; d < Dim; ++d) {
-            unit_.lo[d][to] = unit_.lo[d][i];
-            unit_.hi[d][to] = unit_.hi[d][i];
-        }
-    }
+    return !unit_.bad;
 }
 
 template <int Dim, class T>
@@ -68,10 +50,7 @@ void Scatter<Dim, T>::append_unit()
     BrickStore& store = store_;
     const std::uint32_t first = first_brick_;
     kernels_.quantise<Dim, T>()(grid_, unit);
-    if (unit.bad) {
-        drop_odd();
-        kernels_.quantise<Dim, T>()(grid_, unit);
-    }
+    if (unit.bad) return;
     for (std::uint32_t i = 0; i < unit.records; ++i) {
         store.prefetch(first + unit.brick[std::min(i + 16, unit.records - 1)]);
         store.append(first + unit.brick[i], unit.record[i]);

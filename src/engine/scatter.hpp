@@ -32,13 +32,12 @@ class Scatter
     {
         return units_of(boxes.a.size()) + units_of(boxes.b.size());
     }
-    /// One unit of the call's boxes, without those that are odd: NaN or inverted. Returns how many are.
-    std::uint32_t add_unit(std::uint32_t number);
+    /// One unit of the call's boxes. Returns false if one of them is NaN or inverted: then it adds none.
+    bool add_unit(std::uint32_t number);
     /// The boxes of records, which keep the copy flags that they have: a grid in a grid.
     void add_records(const Record* records, std::uint32_t count);
 
   private:
-    void drop_odd();
     void append_unit();
     void append_wide(std::uint32_t i);
 

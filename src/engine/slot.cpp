@@ -53,6 +53,7 @@ void Slot::start_search() noexcept
     jobs.clear();
     chunk_next = chunk_end = nullptr;
     counts = {};
+    bad_box = false;
     error = nullptr;
 }
 

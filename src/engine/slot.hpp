@@ -71,7 +71,7 @@ struct ApartHit
 /// What a task counts.
 struct Counts
 {
-    std::uint64_t odd = 0, records = 0, steps = 0, ties = 0, bricks = 0, nested = 0;
+    std::uint64_t records = 0, steps = 0, ties = 0, bricks = 0, nested = 0;
 };
 
 /// The working memory of one task. Which thread runs the task doesn't matter.
@@ -110,6 +110,7 @@ struct alignas(128) Slot
     Pair* chunk_end = nullptr;
     std::pmr::vector<Job*> jobs{memory}; // found and not yet taken, in the order of their bricks
     Counts counts;
+    bool bad_box = false; // some box is NaN or inverted
     std::exception_ptr error;
 
     /// Forgets what the last search left here, and keeps the memory.

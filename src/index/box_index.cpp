@@ -19,7 +19,6 @@
 #include "index/queries/join.hpp"
 #include "index/queries/pair_answers.hpp"
 #include "index/queries/verbs.hpp"
-#include "index/tree/odd_boxes.hpp"
 #include "index/tree/tree.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -94,7 +93,6 @@ struct BoxIndex<Dim, T>::Implementation
           tasks(given.executor != nullptr ? given.executor : &default_executor()),
           kernels(index::kernels_for<Dim, T>(checked(given.instruction_set))),
           tree(given),
-          odd(given.memory),
           joins(given)
     {
     }
@@ -104,24 +102,8 @@ struct BoxIndex<Dim, T>::Implementation
 
     void build(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes)
     {
-        if (all_valid(ids, boxes))
-            tree.build(ids, boxes);
-        else
-            odd.build(tree, ids, boxes);
-    }
-
-    [[nodiscard]] bool contains(std::uint32_t id) const noexcept
-    {
-        return tree.contains(id) || odd.contains(id);
-    }
-    /// Whether a call with these boxes is one of the tree alone: there is no odd box in it, nor in the index.
-    /// Throws for an odd box unless they are to be ignored.
-    [[nodiscard]] bool all_valid(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes) const
-    {
-        check_pointers(boxes);
-        if (options.ignore_odd_boxes) return odd.size() == 0 && count_odd(boxes) == 0;
         check_boxes_of(boxes, "", ids);
-        return true;
+        tree.build(ids, boxes);
     }
 
     /// Throws if an id occurs twice, or, where it is to be there (true) or not (false), if it isn't or is.
@@ -131,7 +113,7 @@ struct BoxIndex<Dim, T>::Implementation
             if (ids[i] == Hit<T>::none)
                 throw Error(ErrorCode::invalid_argument,
                             "entry " + std::to_string(i) + ": 4294967295 is no id; choose a smaller one", i);
-            if (wanted_here && contains(ids[i]) != *wanted_here)
+            if (wanted_here && tree.contains(ids[i]) != *wanted_here)
                 throw Error(ErrorCode::invalid_argument,
                             "entry " + std::to_string(i) + ": id " + std::to_string(ids[i]) +
                                 (*wanted_here ? " is not in the index"
@@ -150,11 +132,6 @@ struct BoxIndex<Dim, T>::Implementation
                     static_cast<std::uint64_t>(second - ids.begin()));
     }
 
-    template <class Query>
-    void check(const Query& query, std::uint64_t number) const
-    {
-        index::check(query, number, options.ignore_odd_boxes);
-    }
     /// Calls body(wanted) with what counts by the filter of one query.
     template <class Body>
     auto filtered(const QueryFilter& filter, std::size_t query, const Body& body) const
@@ -177,15 +154,8 @@ struct BoxIndex<Dim, T>::Implementation
     /// Of boxes and a tree's objects, in the working memory of this index.
     void join(const index::Tree<Dim, T>& with, const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& pairs)
     {
-        index::check_joined(boxes, options.ignore_odd_boxes);
-        if (options.ignore_odd_boxes && count_odd(boxes) != 0) {
-            index::ValidBoxes<Dim, T> valid(options.memory, boxes);
-            joins.run(with, *tasks, BoxView<Dim, T>(valid.boxes), pairs);
-            for (Pair& pair : pairs)
-                pair.a = valid.ids[pair.a];
-        } else {
-            joins.run(with, *tasks, boxes, pairs);
-        }
+        index::check_joined(boxes);
+        joins.run(with, *tasks, boxes, pairs);
     }
     void join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out, const Filters& filters)
     {
@@ -200,7 +170,7 @@ struct BoxIndex<Dim, T>::Implementation
     }
     bool visit_joined(const BoxView<Dim, T>& boxes, PairVisitor visitor, const Filters& filters) const
     {
-        index::check_joined(boxes, options.ignore_odd_boxes);
+        index::check_joined(boxes);
         const AskingMany asking(*this, filters, boxes.size(), Visits::in_own_order);
         for (std::size_t i = 0; i < boxes.size(); ++i) {
             const auto a = static_cast<std::uint32_t>(i);
@@ -236,7 +206,6 @@ struct BoxIndex<Dim, T>::Implementation
     Executor* tasks; // who runs them
     const index::Kernels<Dim, T>& kernels;
     index::Tree<Dim, T> tree;
-    index::OddBoxes<Dim, T> odd;
     index::Join<Dim, T> joins;
 };
 
@@ -367,7 +336,8 @@ void BoxIndex<Dim, T>::insert(std::span<const std::uint32_t> ids, const BoxView<
     all.check_change();
     check_one_id_each(ids.size(), boxes.size());
     all.check_ids(ids, false);
-    all.all_valid(ids, boxes) ? all.tree.insert(ids, boxes) : all.odd.insert(all.tree, ids, boxes);
+    check_boxes_of(boxes, "", ids);
+    all.tree.insert(ids, boxes);
 }
 
 template <int Dim, Coordinate T>
@@ -376,7 +346,7 @@ void BoxIndex<Dim, T>::erase(std::span<const std::uint32_t> ids)
     Implementation& all = *implementation_;
     all.check_change();
     all.check_ids(ids, true);
-    all.odd.size() == 0 ? all.tree.erase(ids) : all.odd.erase(all.tree, ids);
+    all.tree.erase(ids);
 }
 
 template <int Dim, Coordinate T>
@@ -386,7 +356,8 @@ void BoxIndex<Dim, T>::move(std::span<const std::uint32_t> ids, const BoxView<Di
     all.check_change();
     check_one_id_each(ids.size(), boxes.size());
     all.check_ids(ids, true);
-    all.all_valid(ids, boxes) ? all.tree.move(ids, boxes) : all.odd.move(all.tree, ids, boxes);
+    check_boxes_of(boxes, "", ids);
+    all.tree.move(ids, boxes);
 }
 
 template <int Dim, Coordinate T>
@@ -427,7 +398,6 @@ void BoxIndex<Dim, T>::clear()
 {
     implementation_->check_change();
     implementation_->tree.clear();
-    implementation_->odd.clear();
 }
 
 template <int Dim, Coordinate T>
@@ -441,13 +411,13 @@ void BoxIndex<Dim, T>::release_memory()
 template <int Dim, Coordinate T>
 std::size_t BoxIndex<Dim, T>::size() const noexcept
 {
-    return implementation_->tree.size() + implementation_->odd.size();
+    return implementation_->tree.size();
 }
 
 template <int Dim, Coordinate T>
 bool BoxIndex<Dim, T>::contains(std::uint32_t id) const noexcept
 {
-    return implementation_->contains(id);
+    return implementation_->tree.contains(id);
 }
 
 template <int Dim, Coordinate T>
@@ -455,7 +425,7 @@ Aabb<Dim, T> BoxIndex<Dim, T>::box(std::uint32_t id) const
 {
     if (!contains(id))
         throw Error(ErrorCode::invalid_argument, "id " + std::to_string(id) + " is not in the index", id);
-    return implementation_->odd.contains(id) ? implementation_->odd.box(id) : implementation_->tree.box(id);
+    return implementation_->tree.box(id);
 }
 
 template <int Dim, Coordinate T>
@@ -469,9 +439,7 @@ template <int Dim, Coordinate T>
 IndexStats BoxIndex<Dim, T>::stats() const noexcept
 {
     IndexStats stats = implementation_->tree.stats();
-    stats.odd = implementation_->odd.size();
-    stats.objects += stats.odd;
-    stats.bytes += implementation_->joins.bytes() + implementation_->odd.bytes();
+    stats.bytes += implementation_->joins.bytes();
     return stats;
 }
 

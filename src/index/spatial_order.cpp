@@ -10,7 +10,6 @@
 #include "base/exact_floats.hpp"
 #include "base/instantiate.hpp"
 #include "index/tree/key_order.hpp"
-#include "index/tree/odd_boxes.hpp"
 #include "jostle/error.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -69,19 +68,7 @@ void spatial_order(const BoxView<Dim, T>& boxes, std::span<std::uint32_t> order,
     check_memory(options.memory);
     check_pointers(boxes);
     const ExactFloats exact;
-    if (!options.ignore_odd_boxes) {
-        check_boxes(boxes);
-    } else if (count_odd(boxes) != 0) {
-        const index::ValidBoxes<Dim, T> good(options.memory, boxes);
-        const std::span<std::uint32_t> first = order.first(good.ids.size());
-        spatial_order(BoxView<Dim, T>(good.boxes), first, options);
-        for (std::uint32_t& position : first)
-            position = good.ids[position];
-        auto next = first.end();
-        for (std::size_t i = 0; i < boxes.size(); ++i)
-            if (!valid(boxes[i])) *next++ = static_cast<std::uint32_t>(i);
-        return;
-    }
+    check_boxes(boxes);
     if (boxes.size() == 0) return;
     const index::Frame<Dim> frame = index::choose_frame(boxes);
     ExactExecutor executor(options.executor != nullptr ? *options.executor : default_executor());

@@ -199,15 +199,12 @@ bool PairFinder::Implementation::search(const engine::Boxes<Dim, T>& given, Pair
     if (sink) request.sink = count_and_pass;
     request.result = &into;
 
-    const bool ignores_odd = engine.ignores_odd_boxes();
     bool complete = true;
-    std::size_t searches = 0;
     const auto run = [&](const engine::Boxes<Dim, T>& part, std::size_t offset_a, std::size_t offset_b) {
         if (!complete) return;
         request.offset_a = static_cast<std::uint32_t>(offset_a);
         request.offset_b = static_cast<std::uint32_t>(offset_b);
         try {
-            ++searches;
             complete = engine.search(part, request);
         } catch (const engine::BadBox&) {
             check_sets(boxes); // a bad box of another slice may be lower: let the definition name it
@@ -216,7 +213,7 @@ bool PairFinder::Implementation::search(const engine::Boxes<Dim, T>& given, Pair
         request.first_block = engine.next_block;
     };
     try {
-        if (boxes.cross && (boxes.a.empty() || boxes.b.empty()) && !ignores_odd)
+        if (boxes.cross && (boxes.a.empty() || boxes.b.empty()))
             check_sets(boxes); // nothing to find, but as strict as ever
         each_slice(boxes, slice, run);
     } catch (...) {
@@ -225,8 +222,6 @@ bool PairFinder::Implementation::search(const engine::Boxes<Dim, T>& given, Pair
     }
     stats = engine.stats;
     stats.objects = boxes.size();
-    if (ignores_odd && searches != 1)
-        stats.odd = count_odd(boxes.a) + count_odd(boxes.b); // each of them once
     stats.pairs = sink ? pairs.load() : into.size();
     stats.bytes_reserved = engine.bytes();
     stats.ms_total = ms_since(start);

@@ -213,10 +213,10 @@ class SceneFinder::Search
         result_.scenes_[scene] = {};
         if (n <= engine::few_boxes) {
             Pair* const first = room(mine, engine::few_room).data();
-            Pair* end = engine::find_among_few(
-                finder_.options_, engine::Boxes<Dim, T>{boxes_of(scene), {}, false}, mine.unit<T>(), first);
+            Pair* end = engine::find_among_few(finder_.options_.instruction_set,
+                                               engine::Boxes<Dim, T>{boxes_of(scene), {}, false},
+                                               mine.unit<T>(), first);
             if (end == nullptr) throw engine::BadBox{};
-            if (finder_.options_.ignore_odd_boxes) mine.stats.odd += count_odd(boxes_of(scene));
             mine.stats.candidates += n * (n - (n != 0)) / 2;
             if (selects()) end = select(scene, first, end);
             keep(scene, mine, static_cast<std::size_t>(end - first));
@@ -257,7 +257,6 @@ class SceneFinder::Search
 
     static void add(Stats& sum, const Stats& part)
     {
-        sum.odd += part.odd;
         sum.records += part.records;
         sum.candidates += part.candidates;
         sum.ties += part.ties;

@@ -176,11 +176,6 @@ struct World<Dim, T>::Implementation
 
     explicit Implementation(const WorldOptions& options);
 
-    template <class Query>
-    void check(const Query& query, std::uint64_t number) const
-    {
-        index::check(query, number, state.options.ignore_odd_boxes);
-    }
     [[nodiscard]] Executor& executor() const noexcept { return *state.executor; }
     void join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out, const Filters& filters);
     bool visit_joined(const BoxView<Dim, T>& boxes, JoinVisitor visitor, const Filters& filters) const;

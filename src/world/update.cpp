@@ -23,8 +23,7 @@ void commit_object(State<Dim, T>& state, NeighbourLists<Dim, T>& neighbour_lists
         object.set(flag::transient, false);
         return;
     }
-    state.disabled -= place == Place::disabled && !object.has(flag::shut);
-    state.odd -= object.has(flag::shut);
+    state.disabled -= place == Place::disabled;
     state.alive -= place != Place::none;
     if (!object.is_there()) neighbour_lists.drop(index);
     if (!object.has(flag::alive)) {
@@ -36,9 +35,7 @@ void commit_object(State<Dim, T>& state, NeighbourLists<Dim, T>& neighbour_lists
         state.classes[index] = state.classes.of(object.filter());
     object.set_place(object.is_there() ? Place::active : Place::disabled);
     ++state.alive;
-    object.set(flag::shut, !object.is_there() && object.has(flag::enabled));
     state.disabled += !object.has(flag::enabled);
-    state.odd += object.has(flag::shut);
     object.set(flag::transient | flag::shifted, false);
 }
 
@@ -49,7 +46,7 @@ void commit_objects(State<Dim, T>& state, NeighbourLists<Dim, T>& neighbour_list
     constexpr std::uint32_t usual = flag::alive | flag::enabled | static_cast<std::uint32_t>(Place::active);
     for (const Index index : changed) {
         const auto object = state.objects[index];
-        if ((object.state() & (usual | flag::place | flag::refiltered | flag::odd)) == usual)
+        if ((object.state() & (usual | flag::place | flag::refiltered)) == usual)
             object.set(flag::transient, false); // most only move
         else
             commit_object(state, neighbour_lists, index);
@@ -119,7 +116,6 @@ WorldStats describe(const State<Dim, T>& state, const Lists& lists)
     stats.resting = state.resting.size();
     stats.active = state.active_count();
     stats.disabled = state.disabled;
-    stats.odd = state.odd;
     stats.refused = state.refused.size();
     stats.began = lists.began.size();
     stats.persisted = lists.persisted.size();

@@ -32,7 +32,7 @@ World<Dim, T>::Implementation::Implementation(const WorldOptions& options)
       began_pairs(&memory),
       changed_pairs(&memory),
       changed_slots(&memory),
-      active_index({options.executor, &memory, options.instruction_set, options.ignore_odd_boxes}),
+      active_index({options.executor, &memory, options.instruction_set}),
       masked_indexes({options.executor, &memory, options.instruction_set})
 {
     BoxIndexAccess::tree(state.resting).expect_to_come_back();
@@ -123,7 +123,7 @@ template <int Dim, Coordinate T>
 void World<Dim, T>::add(const Boxes& boxes, std::span<ObjectId> ids, const Options& options)
 {
     world::check_view(ids.size(), boxes);
-    if (!implementation_->state.options.ignore_odd_boxes) check_boxes_of(boxes, "to be added ");
+    check_boxes_of(boxes, "to be added ");
     world::check_own_margin<T>(options.margin, implementation_->state.margin, " of new objects",
                                Error::no_index);
     implementation_->check_own();
@@ -177,7 +177,7 @@ void World<Dim, T>::remove(std::span<const ObjectId> ids)
 template <int Dim, Coordinate T>
 void World<Dim, T>::move(ObjectId id, const Box& box, std::uint32_t sequence)
 {
-    world::check_box(implementation_->state, box, id);
+    world::check_box(box, id);
     implementation_->queue({id, sequence, world::CommandKind::move, box});
 }
 
@@ -188,7 +188,7 @@ void World<Dim, T>::move(std::span<const ObjectId> ids, const Boxes& boxes, std:
     implementation_->check_own();
     for (std::size_t i = 0; i < ids.size(); ++i) {
         implementation_->state.ids.check(ids[i]);
-        world::check_box(implementation_->state, boxes[i], ids[i]);
+        world::check_box(boxes[i], ids[i]);
     }
     implementation_->queues.with_own_queue([&](world::Queue<Dim, T>& queue) {
         world::reserve_more(queue.commands, ids.size());
@@ -207,8 +207,8 @@ void World<Dim, T>::move(ObjectId id, const Box& box, const Vector& displacement
     }
     implementation_->check_own();
     implementation_->state.ids.check(id);
-    world::check_box(implementation_->state, box, id);
-    for (int d = 0; d < Dim && !implementation_->state.options.ignore_odd_boxes; ++d)
+    world::check_box(box, id);
+    for (int d = 0; d < Dim; ++d)
         if (!(moved.lo[d] <= moved.hi[d])) {
             std::ostringstream message;
             message.imbue(std::locale::classic());
@@ -457,8 +457,7 @@ auto World<Dim, T>::box(ObjectId id) const -> Box
 template <int Dim, Coordinate T>
 auto World<Dim, T>::bounds(ObjectId id) const -> Box
 {
-    const auto object = implementation_->checked(id);
-    return object.has(world::flag::odd) ? world::nowhere_box<Dim, T>() : object.now();
+    return implementation_->checked(id).now();
 }
 
 template <int Dim, Coordinate T>
@@ -500,8 +499,7 @@ std::string World<Dim, T>::explain() const
     };
     if (implementation_->follows) text << "A view of another world. ";
     text << s.objects << " objects: " << s.resting << " at rest, " << s.active << " active, " << s.disabled
-         << " disabled" << (s.odd != 0 ? ", " + std::to_string(s.odd) + " with odd boxes" : "") << "; "
-         << s.bytes_reserved / 1024 << " KiB.\n";
+         << " disabled; " << s.bytes_reserved / 1024 << " KiB.\n";
     if (implementation_->follows) return text.str();
     text << "The last update took " << s.us_total << " us: " << s.us_apply << " applying " << s.commands
          << " commands, " << s.us_active << " among active objects, " << s.us_resting
@@ -539,7 +537,7 @@ void World<Dim, T>::draw(
     if (draw_box)
         for (std::uint32_t i = 0; i < index_end(); ++i) {
             const auto object = me.state.objects[world::Index{i}];
-            if (!object.has(world::flag::alive) || object.has(world::flag::odd)) continue;
+            if (!object.has(world::flag::alive)) continue;
             const bool is_shown = me.state.is_shown(world::Index{i});
             draw_box(object.now(), !is_shown                                    ? DrawKind::disabled
                                    : me.state.is_shown_resting(world::Index{i}) ? DrawKind::resting
@@ -547,9 +545,6 @@ void World<Dim, T>::draw(
         }
     if (!draw_line) return;
     const auto line = [&](std::uint32_t a, std::uint32_t b, DrawKind kind) {
-        if (me.state.objects[world::Index{a}].has(world::flag::odd) ||
-            me.state.objects[world::Index{b}].has(world::flag::odd))
-            return;
         T centre[2][Dim];
         for (int d = 0; d < Dim; ++d)
             for (int k = 0; k < 2; ++k) {

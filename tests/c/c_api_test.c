@@ -921,53 +921,6 @@ static void test_index_and_world(jostle_space space)
         CHECK(data[0] == 1234567890123 && data[1] == 7);
         OK(jostle_world_free(slotted, &error));
     }
-    /* Odd boxes are an error, or taken and counted. */
-    {
-        jostle_world *tolerant, *strict;
-        jostle_world_options with;
-        jostle_options common;
-        jostle_boxes odd = boxes;
-        memset(&with, 0, sizeof with);
-        with.struct_size = sizeof with;
-        OK(jostle_world_new(space, &with, &strict, &error));
-        memset(&common, 0, sizeof common); /* said in either place */
-        common.struct_size = sizeof common;
-        common.ignore_odd_boxes = dim == 2;
-        with.common = &common;
-        with.ignore_odd_boxes = dim == 3;
-        OK(jostle_world_new(space, &with, &tolerant, &error));
-        OK(jostle_world_add(tolerant, &boxes, NULL, some, &error));
-        OK(jostle_world_add(strict, &boxes, NULL, some, &error));
-        OK(jostle_world_update(tolerant, &error));
-        OK(jostle_world_update(strict, &error));
-        world_stats.struct_size = sizeof world_stats;
-        OK(jostle_world_stats_read(tolerant, &world_stats, &error));
-        CHECK(world_stats.odd == 0 && world_stats.objects == boxes_made);
-        memcpy(&read, &memory, sizeof read);
-        for (i = 0; i < dim; ++i) {
-            odd.lo[i] = (const char*)&read + ((const char*)boxes.lo[i] - (const char*)&memory);
-            odd.hi[i] = (const char*)&read + ((const char*)boxes.hi[i] - (const char*)&memory);
-        }
-        for (i = 0; i < 50; ++i) { /* in turn without a number, and all upside down */
-            char* const at = (char*)&read + ((const char*)odd.lo[0] - (const char*)&read) + i * boxes.stride;
-            if (number_size(space) == 4)
-                *(float*)at = i % 2 == 0 ? (float)NAN : (float)INFINITY;
-            else
-                *(double*)at = i % 2 == 0 ? NAN : INFINITY;
-        }
-        OK(jostle_world_move(tolerant, some, &odd, NULL, 0, &error));
-        FAILS(jostle_world_move(strict, some, &odd, NULL, 0, &error), JOSTLE_NAN_COORDINATE, "0");
-        OK(jostle_world_update(tolerant, &error));
-        OK(jostle_world_stats_read(tolerant, &world_stats, &error));
-        CHECK(world_stats.odd == 50 && world_stats.disabled == 0 && world_stats.ended > 0);
-        OK(jostle_world_move(tolerant, some, &boxes, NULL, 0, &error));
-        OK(jostle_world_update(tolerant, &error));
-        OK(jostle_world_stats_read(tolerant, &world_stats, &error));
-        CHECK(world_stats.odd == 0 && world_stats.began > 0);
-        OK(jostle_world_free(tolerant, &error));
-        OK(jostle_world_free(strict, &error));
-    }
-
     /* Joins are pairs between two sets. */
     OK(jostle_find_pairs_brute_force(space, &boxes, &boxes, NULL, expected, &error));
     OK(jostle_results_blocks(expected, &right, &error));

@@ -98,26 +98,12 @@ TEST_F(CPairs, WhatIsSetOnAFilterOfImagesLosesNoRule)
     OK(jostle_images_free(images, &error));
 }
 
-TEST_F(CPairs, OddBoxesAreIgnoredOnRequest)
+TEST_F(CPairs, ABoxAroundAnIndex)
 {
     Random random(5);
-    std::vector<Aabb3f> boxes = random_boxes(random, 300, 5);
-    for (std::size_t i = 0; i < boxes.size(); i += 7)
-        std::swap(boxes[i].lo, boxes[i].hi);
+    const std::vector<Aabb3f> boxes = random_boxes(random, 300, 5);
     const jostle_boxes all = view(boxes);
-    auto options = options_of<jostle_options>();
-    options.ignore_odd_boxes = 1;
-    OK(jostle_finder_new(&options, &finder, &error));
-    jostle_blocks found;
-    OK(jostle_finder_find(finder, JOSTLE_3F, &all, nullptr, nullptr, JOSTLE_SORTED, &found, &error));
-    const jostle::FinderOptions same{.ignore_odd_boxes = true};
-    EXPECT_EQ(items_of<jostle::Pair>(found),
-              jostle::PairFinder(same).find(boxes, {}, jostle::Order::sorted).to_vector());
-    auto stats = options_of<jostle_stats>();
-    OK(jostle_finder_stats(finder, &stats, &error));
-    EXPECT_EQ(stats.odd, 43u);
-
-    OK(jostle_index_new(JOSTLE_3F, &options, &index, &error));
+    OK(jostle_index_new(JOSTLE_3F, nullptr, &index, &error));
     int32_t any = 1;
     Aabb3f bounds{};
     OK(jostle_index_bounds(index, &any, &bounds, &error));
@@ -125,21 +111,13 @@ TEST_F(CPairs, OddBoxesAreIgnoredOnRequest)
     OK(jostle_index_build(index, nullptr, &all, &error));
     OK(jostle_index_bounds(index, &any, &bounds, &error));
     EXPECT_EQ(any, 1);
-    jostle::BoxIndex3f twin(same);
+    jostle::BoxIndex3f twin;
     twin.build(boxes);
     EXPECT_EQ(bounds.lo, twin.bounds()->lo);
     EXPECT_EQ(bounds.hi, twin.bounds()->hi);
     auto made_of = options_of<jostle_index_stats>();
     OK(jostle_index_stats_read(index, &made_of, &error));
     EXPECT_EQ(made_of.objects, 300u);
-    EXPECT_EQ(made_of.odd, 43u);
-
-    options.ignore_odd_boxes = 0;
-    OK(jostle_finder_free(finder, &error));
-    finder = nullptr;
-    OK(jostle_finder_new(&options, &finder, &error));
-    EXPECT_EQ(jostle_finder_find(finder, JOSTLE_3F, &all, nullptr, nullptr, JOSTLE_SORTED, &found, &error),
-              JOSTLE_INVERTED_BOX);
 }
 
 TEST_F(CPairs, ASinkIsToldBlockAndPart)

@@ -348,7 +348,6 @@ TEST_F(CWorld, StatsAreThoseOfCpp)
         EXPECT_EQ(stats.candidates, expected.candidates);
         EXPECT_EQ(stats.false_positives, expected.false_positives);
         EXPECT_EQ(stats.listed, expected.listed);
-        EXPECT_EQ(stats.odd, expected.odd);
         EXPECT_EQ(stats.contested, expected.contested);
         EXPECT_EQ(stats.began, expected.began);
         EXPECT_EQ(stats.persisted, expected.persisted);

@@ -80,7 +80,6 @@ class Scene
     {
         options.executor = &jostle::serial_executor();
         options.pair_slots = in.below(2) == 0;
-        options.ignore_odd_boxes = in.below(2) == 0;
         if (in.below(4) == 0) options.margin = 0.25;
     }
 
@@ -156,10 +155,7 @@ class Scene
     }
 
   private:
-    jostle::Aabb<Dim, T> box()
-    {
-        return in_.template box<Dim, T>(options.ignore_odd_boxes && in_.below(4) == 0);
-    }
+    jostle::Aabb<Dim, T> box() { return in_.template box<Dim, T>(); }
     jostle::ObjectFilter filter()
     {
         jostle::ObjectFilter filter;

@@ -174,7 +174,6 @@ JOSTLE_FUZZ_TARGET(world)
     jostle::WorldOptions options;
     options.executor = in.below(16) == 15 ? threads.get() : &jostle::serial_executor();
     options.pair_slots = in.below(2) == 0;
-    options.ignore_odd_boxes = in.below(2) == 0;
     options.margin = in.below(4) == 0 ? 0.25 : 0;
     const double extent = 2 + in.below(8);
     if (in.below(2) == 0)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Every feature of an index with every other, and every number of objects, ids, questions and results on both
-// sides of a power of two: odd boxes, failed calls, filters for all and one each, batches, visits, joins and
+// sides of a power of two: failed calls, filters for all and one each, batches, visits, joins and
 // pairs of two indexes, against a walk over all boxes.
 #include <gtest/gtest.h>
 
@@ -16,9 +16,9 @@
 
 #include "index/box_index_access.hpp"
 #include "jostle/box_index.hpp"
+#include "tests/bad_box.hpp"
 #include "tests/contract/edge_numbers.hpp"
 #include "tests/index/twin.hpp"
-#include "tests/odd_box.hpp"
 
 namespace {
 
@@ -35,8 +35,7 @@ class Model
     Model(std::uint64_t seed, const IndexOptions& options)
         : random(seed),
           index(options),
-          kind_(static_cast<Kind>(random.below(static_cast<std::uint32_t>(Kind::last) + 1))),
-          has_odd_(options.ignore_odd_boxes)
+          kind_(static_cast<Kind>(random.below(static_cast<std::uint32_t>(Kind::last) + 1)))
     {
     }
 
@@ -69,25 +68,12 @@ class Model
         }
     }
     [[nodiscard]] std::uint32_t edge(std::uint32_t most) { return contract::edge_number(random, most); }
-    [[nodiscard]] Box some_box()
-    {
-        Box box = twin::random_box<Dim, T>(random, kind_);
-        if (has_odd_ && random.below(9) == 0) make_odd(box, random.below(1000));
-        return box;
-    }
+    [[nodiscard]] Box some_box() { return twin::random_box<Dim, T>(random, kind_); }
     [[nodiscard]] Box finite_box()
     {
         return twin::random_box<Dim, T>(random, kind_ == Kind::giants ? Kind::uniform : kind_);
     }
-    /// Without an end, but perhaps odd.
-    [[nodiscard]] Box some_question_box()
-    {
-        Box box = finite_box();
-        if (has_odd_ && random.below(9) == 0) make_odd(box, random.below(1000));
-        return box;
-    }
     [[nodiscard]] std::uint32_t id_end() const { return id_end_; }
-    /// Odd boxes are kept as they were given, too.
     [[nodiscard]] bool has_all() const
     {
         return index.size() == boxes.size() && std::ranges::all_of(boxes, [&](const auto& each) {
@@ -180,9 +166,6 @@ class Model
             given[i] = boxes[ids[i]];
             given[i].lo[0] -= static_cast<T>(0.125);
         }
-        const bool to_nowhere = has_odd_ && random.below(6) == 0;
-        for (std::size_t i = 0; i < ids.size() && to_nowhere; ++i)
-            make_odd(given[i], random.below(1000));
         index.move(ids, given);
         note(ids, given);
     }
@@ -195,12 +178,10 @@ class Model
             return std::min(size - 1, edge(size));
         };
         std::vector<Box> boxes_here = some_boxes(here.size()), boxes_fresh = some_boxes(fresh.size());
-        if (!has_odd_) {
-            std::vector<Box> bad = boxes_fresh;
-            make_odd(bad[any_of(bad)], random.below(1000));
-            EXPECT_THROW(index.insert(fresh, bad), Error);
-            EXPECT_THROW(index.build(fresh, bad), Error);
-        }
+        std::vector<Box> bad = boxes_fresh;
+        make_bad(bad[any_of(bad)], random.below(1000));
+        EXPECT_THROW(index.insert(fresh, bad), Error);
+        EXPECT_THROW(index.build(fresh, bad), Error);
         std::vector<std::uint32_t> twice = fresh;
         twice.insert(twice.begin() + any_of(fresh), fresh[any_of(fresh)]);
         boxes_fresh.push_back(some_box());
@@ -218,7 +199,6 @@ class Model
     }
 
     Kind kind_;
-    bool has_odd_;
     std::uint32_t id_end_ = 0;
 };
 
@@ -544,12 +524,12 @@ void ask(Model<Dim, T>& model, const Model<Dim, T>& other)
             spheres[q].center[d] = nearest[q].point[d] = model.finite_box().hi[d];
         }
         if (random.below(3) == 0) rays[q].max_fraction = static_cast<T>(random.number(0, 2));
-        sweeps[q].box = model.some_question_box();
+        sweeps[q].box = model.finite_box();
         regions.push_back(random.below(8) == 0 ? all : model.some_box());
         spheres[q].radius = static_cast<T>(random.below(4) == 0 ? 0 : random.number(0, 30));
         nearest[q].count = model.edge(300);
         if (random.below(3) == 0) nearest[q].max_distance = static_cast<T>(random.number(0, 5));
-        nearest_to_box.push_back({model.some_question_box(), model.edge(300), nearest[q].max_distance});
+        nearest_to_box.push_back({model.finite_box(), model.edge(300), nearest[q].max_distance});
     }
     planes.resize(model.edge(8));
     for (Plane<Dim, T>& plane : planes) {
@@ -577,13 +557,12 @@ void ask(Model<Dim, T>& model, const Model<Dim, T>& other)
 }
 
 template <int Dim, class T>
-void live(std::uint64_t seed, InstructionSet set, bool with_odd)
+void live(std::uint64_t seed, InstructionSet set)
 {
     SCOPED_TRACE("seed " + std::to_string(seed) + ", " + std::to_string(Dim) +
-                 (sizeof(T) == 4 ? "f " : "d ") + name(set) + (with_odd ? ", odd boxes" : ""));
+                 (sizeof(T) == 4 ? "f " : "d ") + name(set));
     const auto executor = make_thread_executor(1 + static_cast<std::uint32_t>(seed % 3));
-    const IndexOptions options{
-        .executor = executor.get(), .instruction_set = set, .ignore_odd_boxes = with_odd};
+    const IndexOptions options{.executor = executor.get(), .instruction_set = set};
     Model<Dim, T> one(2 * seed, options), other(2 * seed + 1, options);
     for (int step = 0; step < 12; ++step) {
         one.change();
@@ -600,10 +579,10 @@ TEST(AllAtOnce, AnswersAreAsDefined)
     std::uint64_t seed = 0;
     for (const InstructionSet set : supported_instruction_sets())
         for (int round = 0; round < 6; ++round) {
-            live<3, float>(++seed, set, round % 2 == 0);
-            live<2, float>(++seed, set, round % 2 == 1);
-            live<3, double>(++seed, set, round % 2 == 1);
-            live<2, double>(++seed, set, round % 2 == 0);
+            live<3, float>(++seed, set);
+            live<2, float>(++seed, set);
+            live<3, double>(++seed, set);
+            live<2, double>(++seed, set);
         }
 }
 

@@ -13,6 +13,7 @@
 #include "jostle/executor.hpp"
 #include "jostle/find_pairs.hpp"
 #include "jostle/spatial_order.hpp"
+#include "tests/bad_box.hpp"
 #include "tests/contract/error_of.hpp"
 
 namespace {
@@ -147,26 +148,48 @@ TEST(Refusals, OfMoreThanNumbersReachAndOfNoMemory)
     EXPECT_THROW(ContactFinder3f({.memory = nullptr}), Error);
 }
 
-TEST(Refusals, OfNullPointersWhetherOddBoxesAreIgnoredOrNot)
+TEST(Refusals, OfNullPointers)
 {
     const auto nothing = BoxView<3, float>::strided(nullptr, nullptr, 2, sizeof(Aabb3f));
     const std::vector<std::uint32_t> ids{4, 5}, here{0, 1};
     const std::string expected = "a view of 2 boxes with a null pointer";
-    for (const bool ignores : {false, true}) {
-        BoxIndex3f index({.ignore_odd_boxes = ignores});
-        index.build(std::vector<Aabb3f>(2, three_wide));
+    BoxIndex3f index;
+    index.build(std::vector<Aabb3f>(2, three_wide));
+    std::pmr::vector<Pair> pairs;
+    std::vector<std::uint32_t> order(2);
+    EXPECT_EQ(message_of([&] { index.build(nothing); }), expected);
+    EXPECT_EQ(message_of([&] { index.build(ids, nothing); }), expected);
+    EXPECT_EQ(message_of([&] { index.insert(ids, nothing); }), expected);
+    EXPECT_EQ(message_of([&] { index.move(here, nothing); }), expected);
+    EXPECT_EQ(message_of([&] { index.join(nothing, pairs); }),
+              "a view of 2 boxes to be joined with a null pointer");
+    EXPECT_EQ(message_of([&] { spatial_order(nothing, order); }), expected);
+    EXPECT_EQ(index.count(three_wide), 2u);
+}
+
+TEST(Refusals, OfBadBoxesLeaveWhatIsThere)
+{
+    BoxIndex3f index;
+    index.build(std::vector<Aabb3f>(1, three_wide));
+    EXPECT_TRUE(index.bounds());
+    for (std::uint64_t k = 0; k < 15; ++k) {
+        std::vector<Aabb3f> bad{three_wide};
+        make_bad(bad[0], k);
+        const std::vector<std::uint32_t> id{7}, there{0};
         std::pmr::vector<Pair> pairs;
-        std::vector<std::uint32_t> order(2);
-        EXPECT_EQ(message_of([&] { index.build(nothing); }), expected);
-        EXPECT_EQ(message_of([&] { index.build(ids, nothing); }), expected);
-        EXPECT_EQ(message_of([&] { index.insert(ids, nothing); }), expected);
-        EXPECT_EQ(message_of([&] { index.move(here, nothing); }), expected);
-        EXPECT_EQ(message_of([&] { index.join(nothing, pairs); }),
-                  "a view of 2 boxes to be joined with a null pointer");
-        EXPECT_EQ(message_of([&] { spatial_order(nothing, order, {.ignore_odd_boxes = ignores}); }),
-                  expected);
-        EXPECT_EQ(index.count(three_wide), 2u);
+        EXPECT_THROW(index.build(bad), Error);
+        EXPECT_THROW(index.insert(id, bad), Error);
+        EXPECT_THROW(index.move(there, bad), Error);
+        EXPECT_THROW(index.join(bad, pairs), Error);
+        EXPECT_THROW(index.join(bad, [](std::uint32_t, std::uint32_t) { return true; }), Error);
+        EXPECT_THROW((void)index.any(bad[0]), Error);
+        EXPECT_THROW((void)index.any(Sweep3f{bad[0], {1, 0, 0}}), Error);
+        std::vector<Hit<float>> hits;
+        EXPECT_THROW(index.nearest(NearestToBox3f{bad[0]}, hits), Error);
     }
+    EXPECT_EQ(index.size(), 1u);
+    index.clear();
+    EXPECT_FALSE(index.bounds());
 }
 
 TEST(Refusals, OfAJoinNameItsBoxes)

@@ -118,7 +118,6 @@ TEST(Changes, RestoredTheyAreWhatAWholeSnapshotIs)
     for (std::uint64_t seed = 1; seed <= 4; ++seed) {
         jostle::WorldOptions options;
         options.pair_slots = seed >= 3;
-        options.ignore_odd_boxes = seed % 2 == 0;
         options.margin = seed == 2 ? 0.25 : 0;
         if (seed % 3 == 1) { // without a callback and with one
             go_back_and_forth<3, double>(seed, seed % 2 == 0, options);

@@ -115,34 +115,10 @@ class Churn
         return at->second;
     }
 
-    /// Odd ones now and then, where the world takes them: without numbers, upside down, or empty as hosts
-    /// write it.
-    Box any_box()
-    {
-        Box box = random_box<Dim, T>(random, extent, giants);
-        if (!options.ignore_odd_boxes || random.below(6) != 0) return box;
-        const int d = static_cast<int>(random.below(Dim));
-        switch (random.below(4)) {
-        case 0:
-            (random.below(2) == 0 ? box.lo : box.hi)[d] = std::numeric_limits<T>::quiet_NaN();
-            break;
-        case 1:
-            box.lo[d] = box.hi[d] + T(1);
-            break;
-        case 2:
-            std::fill_n(box.lo.begin(), Dim, std::numeric_limits<T>::max());
-            std::fill_n(box.hi.begin(), Dim, -std::numeric_limits<T>::max());
-            break;
-        default:
-            box.lo[d] = std::numeric_limits<T>::infinity();
-            box.hi[d] = -box.lo[d];
-        }
-        return box;
-    }
     void add()
     {
         typename Twin<Dim, T>::Thing thing;
-        thing.box = any_box();
+        thing.box = random_box<Dim, T>(random, extent, giants);
         jostle::ObjectOptions<T> with;
         with.filter = thing.filter = random_filter(random, owners);
         with.enabled = thing.enabled = random.below(8) != 0;
@@ -177,7 +153,7 @@ class Churn
         switch (random.below(8)) {
         case 0:
         case 1:
-            thing.box = any_box();
+            thing.box = random_box<Dim, T>(random, extent, giants);
             say(thing.id, [id = thing.id, box = thing.box](World& each) { each.move(id, box); });
             break;
         case 2: {
@@ -185,8 +161,6 @@ class Churn
             thing.plain = false;
             for (std::size_t d = 0; d < Dim; ++d)
                 thing.displacement[d] = static_cast<T>(random.uniform(-2, 2));
-            if (options.ignore_odd_boxes && random.below(4) == 0)
-                thing.displacement[random.below(Dim)] = std::numeric_limits<T>::quiet_NaN();
             say(thing.id, [id = thing.id, box = thing.box, move_by = thing.displacement](World& each) {
                 each.move(id, box, move_by);
             });
@@ -203,11 +177,9 @@ class Churn
     void resize()
     {
         auto& thing = any_thing();
-        const bool is_odd = thing.is_odd();
         std::array<T, Dim> sizes{};
         for (int d = 0; d < Dim; ++d) {
             const T size = sizes[static_cast<std::size_t>(d)] = static_cast<T>(random.uniform(0, 2));
-            if (is_odd) continue;
             if (!std::isfinite(thing.box.lo[d]) || !std::isfinite(thing.box.hi[d])) continue;
             const T centre = thing.box.lo[d] + (thing.box.hi[d] - thing.box.lo[d]) / 2;
             thing.box.lo[d] = centre - size / 2;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <limits>
 #include <stdexcept>
 #include <thread>
 
@@ -473,6 +474,25 @@ TEST(Commands, TheGreatestSequenceWinsPropertyByProperty)
             }
         }
     }
+}
+
+/// From an end without end an endless way the other way leads to no number: that end stays.
+TEST(Commands, AnEndlessWayOfAnEndlessBoxReachesAll)
+{
+    constexpr float endless = std::numeric_limits<float>::infinity();
+    World3f world;
+    const ObjectId a = world.add(cube(0));
+    world.add({{-9, 0, 0}, {-8, 1, 1}});
+    world.add({{8, 0, 0}, {9, 1, 1}});
+    world.move(a, cube(0), {endless, 0, 0});
+    world.resize(a, {endless, 1, 1});
+    world.update();
+    EXPECT_EQ(world.bounds(a).lo[0], -endless);
+    EXPECT_EQ(world.bounds(a).hi[0], endless);
+    EXPECT_EQ(world.began().size(), 2u);
+    World3f other;
+    other.restore(world.save());
+    EXPECT_EQ(other.save(), world.save());
 }
 
 } // namespace

@@ -121,7 +121,6 @@ TEST(Follow, AViewAnswersAsTheWorldDid)
 {
     for (std::uint64_t seed = 1; seed <= 4; ++seed) {
         jostle::WorldOptions options;
-        options.ignore_odd_boxes = seed % 2 == 0;
         options.margin = seed == 2 ? 0.25 : 0;
         if (seed % 3 == 1) {
             follow_a_churn<3, double>(seed, seed % 2 == 0, options);

@@ -135,7 +135,7 @@ TEST(Shifted, MeetsTheSame)
     const std::unique_ptr<jostle::Executor> threads = jostle::make_thread_executor(3);
     change_few<3, float>(1, 12, false);
     change_few<2, double>(2, 40, true, {.margin = 0.125});
-    change_few<3, double>(3, 12, true, {.executor = threads.get(), .ignore_odd_boxes = true});
+    change_few<3, double>(3, 12, true, {.executor = threads.get()});
     change_few<2, float>(4, 40, false, {.pair_slots = true});
 }
 

@@ -53,16 +53,6 @@ class Twin
         bool enabled = true;
         bool plain = true; ///< never had a margin or a displacement of its own
 
-        /// No box, or a way that leads nowhere.
-        bool is_odd() const
-        {
-            for (int d = 0; d < Dim; ++d) {
-                const T by = displacement[static_cast<std::size_t>(d)];
-                if (!(box.lo[d] <= box.hi[d]) || !(box.lo[d] + by <= box.hi[d] + by)) return true;
-            }
-            return false;
-        }
-        bool is_there() const { return enabled && !is_odd(); }
         Box bounds() const
         {
             Box result = box;
@@ -85,7 +75,7 @@ class Twin
     std::vector<ObjectPair> began;
     std::vector<EndedPair> ended;
     std::vector<Pair> persisted, all; ///< sorted
-    std::size_t refused = 0, disabled = 0, odd = 0;
+    std::size_t refused = 0, disabled = 0;
     std::uint64_t asked = 0; ///< how many questions the callback had to answer
 
     void update()
@@ -103,7 +93,7 @@ class Twin
         };
         std::vector<Entry> entries;
         for (const auto& [index, thing] : things)
-            if (thing.is_there()) entries.push_back({thing.bounds(), &thing});
+            if (thing.enabled) entries.push_back({thing.bounds(), &thing});
         std::sort(entries.begin(), entries.end(),
                   [](const Entry& a, const Entry& b) { return a.bounds.lo[0] < b.bounds.lo[0]; });
         for (auto a = entries.begin(); a != entries.end(); ++a)
@@ -159,17 +149,13 @@ class Twin
                 reason = EndReason::removed;
             else if (!is_a->second.enabled || !is_b->second.enabled)
                 reason = EndReason::disabled;
-            else if (is_a->second.is_odd() || is_b->second.is_odd() ||
-                     apart(is_a->second.bounds(), is_b->second.bounds()))
+            else if (apart(is_a->second.bounds(), is_b->second.bounds()))
                 reason = EndReason::moved_apart;
             ended.push_back({a.id, b.id, reason});
         }
         refused = now.size() - now_accepted.size();
         disabled = static_cast<std::size_t>(std::count_if(
             things.begin(), things.end(), [](const auto& each) { return !each.second.enabled; }));
-        odd = static_cast<std::size_t>(std::count_if(things.begin(), things.end(), [](const auto& each) {
-            return each.second.enabled && each.second.is_odd();
-        }));
         touching_ = std::move(now);
         accepted_ = std::move(now_accepted);
         last_ = things;
@@ -238,7 +224,7 @@ testing::AssertionResult agree_about_all(const jostle::World<Dim, T>& world, con
                 return std::binary_search(expected.begin(), expected.end(), other);
             }))
             return testing::AssertionFailure() << "who touches object " << index << ", one by one";
-        if (!thing.is_there()) continue;
+        if (!thing.enabled) continue;
         const Aabb<Dim, T> bounds = thing.bounds();
         if (!hull) hull = bounds;
         for (int d = 0; d < Dim; ++d) {
@@ -285,7 +271,7 @@ testing::AssertionResult agree(const jostle::World<Dim, T>& world, const Twin<Di
                << "size: " << world.size() << ", the twin has " << twin.things.size();
     const jostle::WorldStats& stats = world.stats();
     if (stats.objects != world.size() || stats.disabled != twin.disabled || stats.refused != twin.refused ||
-        stats.odd != twin.odd || stats.resting + stats.active + stats.disabled + stats.odd != stats.objects)
+        stats.resting + stats.active + stats.disabled != stats.objects)
         return testing::AssertionFailure() << stats.resting << " resting, " << stats.active << " active and "
                                            << stats.disabled << " disabled of " << stats.objects
                                            << " objects, " << stats.refused << " pairs refused; the twin has "

@@ -59,7 +59,6 @@ class Whole
               {.executor = seed % 2 == 0 ? threads_.get() : &jostle::serial_executor(),
                .memory = &memory_,
                .margin = seed % 5 == 0 ? 0.25 : 0,
-               .ignore_odd_boxes = seed % 3 == 1,
                .pair_slots = seed % 2 == 0}),
           view_(of_threads()),
           second_(of_threads()),
@@ -162,7 +161,7 @@ class Whole
         for (int d = 0; d < Dim; ++d) {
             box.lo[d] += static_cast<T>(0.07 * way * (d + 1));
             box.hi[d] += static_cast<T>(0.07 * way * (d + 1));
-            if (!(box.lo[d] <= box.hi[d])) return; // odd, or infinite
+            if (!(box.lo[d] <= box.hi[d])) return; // infinite
             if (box.hi[d] < T(0) || box.lo[d] > static_cast<T>(churn_.extent)) return;
         }
         ids_.push_back(thing.id);
@@ -295,7 +294,7 @@ class Whole
             std::uint64_t expected = 0;
             if (k % 10 == 0)
                 for (const auto& [index, thing] : churn_.twin.things)
-                    expected += thing.is_there() && (thing.filter.category & filter.mask) != 0 &&
+                    expected += thing.enabled && (thing.filter.category & filter.mask) != 0 &&
                                 thing.filter.mask != 0 && !Twin<Dim, T>::apart(box, thing.bounds());
             const std::uint64_t found = asked.count(box, filter);
             if (k % 10 == 0) {
@@ -330,7 +329,7 @@ class Whole
         std::map<std::pair<std::uint32_t, std::uint32_t>, T> expected, found;
         for (const auto& [index, thing] : churn_.twin.things)
             for (const auto& [at, each] : others_)
-                if (thing.is_there())
+                if (thing.enabled)
                     if (const T far = jostle::squared_distance(thing.bounds(), each.second); far <= 1)
                         expected[{index, at}] = far;
         const auto collect = [&](const Hit& hit, T&) {

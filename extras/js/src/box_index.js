@@ -25,12 +25,12 @@ export class BoxIndex extends Owned {
   #asked;
 
   constructor(core, options) {
-    const { dim, type = "float32", ignoreOddBoxes = false } = options_of(options);
+    const { dim, type = "float32" } = options_of(options);
     const space = space_of(dim, type);
     super(
       core,
       "_jostle_index_free",
-      core.within(() => core.make("jostle_index_new", space, core.options(core.executor, ignoreOddBoxes))),
+      core.within(() => core.make("jostle_index_new", space, core.options())),
     );
     this.dim = dim;
     this.type = type;

@@ -416,10 +416,9 @@ export class Core {
     if (layout.struct_size !== undefined) this.data.setBigUint64(pointer, BigInt(layout.sizeof), true);
     return pointer;
   }
-  options(executor = this.executor, ignore_odd_boxes = false) {
+  options(executor = this.executor) {
     const options = this.struct(C.jostle_options);
     this.data.setUint32(options + C.jostle_options.executor, executor, true);
-    this.data.setInt32(options + C.jostle_options.ignore_odd_boxes, ignore_odd_boxes ? 1 : 0, true);
     return options;
   }
   set_values(at, values, size = 4) {

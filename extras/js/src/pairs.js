@@ -75,7 +75,7 @@ function filter_of(core, options, layout, accept_pointer) {
 }
 
 export class PairFinder extends Owned {
-  #others = []; // for other options; those with callbacks run on this thread
+  #serial; // for callbacks, which run on this thread
   #last; // the finder that the last search ran on
   #own = { pointer: 0, room: 0 }; // memory for pairs that don't lie together
   #pairs = { pointer: 0, count: 0 };
@@ -85,22 +85,19 @@ export class PairFinder extends Owned {
     super(core, "_jostle_finder_free", core.within(() => core.make("jostle_finder_new", core.options())));
   }
 
-  #finder(calls_back, ignores_odd = false) {
+  #finder(calls_back) {
     const { core, pointer } = this; // it refuses if this was disposed of
-    const serial = calls_back && core.executor !== core.serial;
-    if (!serial && !ignores_odd) return pointer;
-    const executor = serial ? core.serial : core.executor;
-    this.#others[2 * serial + ignores_odd] ??= new Owned(core, "_jostle_finder_free",
-      core.within(() => core.make("jostle_finder_new", core.options(executor, ignores_odd))));
-    return this.#others[2 * serial + ignores_odd].pointer;
+    if (!calls_back || core.executor === core.serial) return pointer;
+    this.#serial ??= new Owned(core, "_jostle_finder_free",
+      core.within(() => core.make("jostle_finder_new", core.options(core.serial))));
+    return this.#serial.pointer;
   }
   want_idle(what) {
-    const others = this.#others.filter(Boolean).map((finder) => finder.pointer);
-    super.want_idle(what, [this.pointer, ...others]);
+    super.want_idle(what, this.#serial ? [this.pointer, this.#serial.pointer] : [this.pointer]);
   }
-  #free_others() {
-    for (const finder of this.#others) finder?.dispose();
-    this.#others = [];
+  #free_serial() {
+    this.#serial?.dispose();
+    this.#serial = undefined;
   }
 
   find(...given) {
@@ -117,7 +114,7 @@ export class PairFinder extends Owned {
         return;
       }
       const { filter, forget } = filter_of(core, options, C.jostle_filter, "_jostle_js_accept_pair_pointer");
-      const finder = this.#finder(options.accept !== undefined, Boolean(options.ignoreOddBoxes));
+      const finder = this.#finder(options.accept !== undefined);
       const blocks = core.struct(C.jostle_blocks);
       this.#last = finder;
       this.#stats = undefined;
@@ -162,10 +159,9 @@ export class PairFinder extends Owned {
     const core = this.core;
     if (
       b !== undefined ||
-      options.ignoreOddBoxes ||
       ["category", "mask", "owner", "accept"].some((name) => options[name] !== undefined)
     )
-      refuse("only the engine grid searches between two sets, with a filter, or ignores odd boxes");
+      refuse("only the engine grid searches between two sets, or with a filter");
     const cell = options.cellSize ?? 0;
     if (!(cell >= 0 && cell < Infinity))
       refuse(`cellSize is ${describe(cell)}: it must be a length, or 0 for the longest edge`);
@@ -231,7 +227,7 @@ export class PairFinder extends Owned {
           C.jostle_filter,
           "_jostle_js_accept_pair_pointer",
         );
-        const finder = this.#finder(true, Boolean(options.ignoreOddBoxes));
+        const finder = this.#finder(true);
         this.#last = finder;
         this.#stats = undefined;
         const finished = core.scratch.take(4);
@@ -280,7 +276,7 @@ export class PairFinder extends Owned {
         core.with_values([a], options.dim, () =>
           core.call(
             "jostle_finder_find_scenes",
-            this.#finder(options.accept !== undefined, Boolean(options.ignoreOddBoxes)),
+            this.#finder(options.accept !== undefined),
             space_of(options.dim, a.type),
             core.boxes(a, options.dim),
             table.pointer,
@@ -303,7 +299,7 @@ export class PairFinder extends Owned {
   releaseMemory() {
     this.want_idle("changed");
     this.core.call("jostle_finder_release_memory", this.pointer);
-    this.#free_others();
+    this.#free_serial();
     this.#own.memory?.dispose();
     this.#last = undefined;
     this.#own = { pointer: 0, room: 0 };
@@ -313,7 +309,7 @@ export class PairFinder extends Owned {
   dispose() {
     if (this.disposed) return;
     this.want_idle("disposed of");
-    this.#free_others();
+    this.#free_serial();
     this.#own.memory?.dispose();
     super.dispose();
   }
@@ -366,7 +362,6 @@ export function find_periodic_pairs(core, finder, boxes, period, given) {
   const options = options_of(given);
   if (options.accept !== undefined && core.threads > 1)
     refuse("findPeriodicPairs with accept needs a module of one thread");
-  if (options.ignoreOddBoxes) refuse("findPeriodicPairs ignores no odd boxes: leave them out");
   refuse_unused(options, "findPeriodicPairs()", true);
   return core.within(() => {
     const { dim } = options;

@@ -20,8 +20,7 @@ export const jostle_nearest_to_box_2d = { sizeof: 48, lo: 0, hi: 16, count: 32, 
 export const jostle_nearest_to_box_3d = { sizeof: 64, lo: 0, hi: 24, count: 48, max_distance: 56 };
 export const jostle_allocator = { sizeof: 24, struct_size: 0, context: 8, allocate: 12, deallocate: 16 };
 export const jostle_options = {
-  sizeof: 32, struct_size: 0, executor: 8, allocator: 12, instruction_set: 16, ignore_odd_boxes: 20,
-  all_points: 24,
+  sizeof: 24, struct_size: 0, executor: 8, allocator: 12, instruction_set: 16, all_points: 20,
 };
 export const jostle_filter = {
   sizeof: 160, struct_size: 0, category: 8, mask: 32, owner: 56, category_b: 80, mask_b: 104, owner_b: 128,
@@ -31,9 +30,9 @@ export const jostle_scene_filter = {
   sizeof: 88, struct_size: 0, category: 8, mask: 32, owner: 56, accept: 80, context: 84,
 };
 export const jostle_stats = {
-  sizeof: 120, struct_size: 0, objects: 8, pairs: 16, records: 24, candidates: 32, ties: 40, bricks: 48,
+  sizeof: 112, struct_size: 0, objects: 8, pairs: 16, records: 24, candidates: 32, ties: 40, bricks: 48,
   nested_grids: 56, bytes_reserved: 64, ms_total: 72, ms_tune: 80, ms_scatter: 88, ms_sweep: 96,
-  ms_finish: 104, odd: 112,
+  ms_finish: 104,
 };
 export const jostle_images_view = { sizeof: 56, boxes: 0, origin: 40, shift: 44, originals: 48 };
 export const jostle_asker = { sizeof: 12, category: 0, mask: 4, owner: 8 };
@@ -42,13 +41,12 @@ export const jostle_query_filter = {
   context: 92, count: 96,
 };
 export const jostle_index_stats = {
-  sizeof: 80, struct_size: 0, objects: 8, pages: 16, leaves: 24, nodes: 32, depth: 40, bytes: 48, sorts: 56,
-  splits: 64, odd: 72,
+  sizeof: 72, struct_size: 0, objects: 8, pages: 16, leaves: 24, nodes: 32, depth: 40, bytes: 48, sorts: 56,
+  splits: 64,
 };
 export const jostle_object_filter = { sizeof: 16, category: 0, mask: 4, owner: 8, is_static: 12 };
 export const jostle_world_options = {
   sizeof: 40, struct_size: 0, common: 8, margin: 16, accept: 24, context: 28, pair_slots: 32,
-  ignore_odd_boxes: 36,
 };
 export const jostle_object_options = {
   sizeof: 40, struct_size: 0, filter: 8, margin: 16, disabled: 24, user_data: 32,
@@ -56,10 +54,10 @@ export const jostle_object_options = {
 export const jostle_id_pair = { sizeof: 16, a: 0, b: 8 };
 export const jostle_ended_pair = { sizeof: 24, a: 0, b: 8, reason: 16, reserved: 20 };
 export const jostle_world_stats = {
-  sizeof: 208, struct_size: 0, objects: 8, resting: 16, active: 24, disabled: 32, refused: 40, commands: 48,
+  sizeof: 200, struct_size: 0, objects: 8, resting: 16, active: 24, disabled: 32, refused: 40, commands: 48,
   dropped: 56, changed: 64, woken: 72, settled: 80, candidates: 88, false_positives: 96, listed: 104,
   began: 112, persisted: 120, ended: 128, bytes_reserved: 136, us_total: 144, us_apply: 152, us_active: 160,
-  us_resting: 168, us_events: 176, us_index: 184, odd: 192, contested: 200,
+  us_resting: 168, us_events: 176, us_index: 184, contested: 192,
 };
 export const jostle_shape_info = {
   sizeof: 56, dim: 0, type: 4, radius: 8, size: 16, offset: 40, context: 48,

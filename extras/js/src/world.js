@@ -501,7 +501,6 @@ function make_world(core, space, options, accept) {
     data.setUint32(made + at.common, common, true);
     data.setFloat64(made + at.margin, number(options.margin ?? 0, "margin"), true);
     data.setInt32(made + at.pair_slots, options.pairSlots ? 1 : 0, true);
-    data.setInt32(made + at.ignore_odd_boxes, options.ignoreOddBoxes ? 1 : 0, true);
     if (accept !== undefined) {
       data.setUint32(made + at.accept, core.module._jostle_js_accept_objects_pointer(), true);
       data.setUint32(made + at.context, accept.number, true);

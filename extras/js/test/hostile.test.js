@@ -106,14 +106,6 @@ test("arguments of the wrong kind", async () => {
     () => jostle.findPairs(good, { dim: 3, engine: "brute", owner: Uint32Array.of(1, 2) }),
     /only the engine grid/,
   );
-  refuses(
-    () => jostle.findPairs(good, { dim: 3, engine: "chapter", ignoreOddBoxes: true }),
-    /only the engine grid/,
-  );
-  refuses(
-    () => jostle.findPeriodicPairs(good, [10, 10, 0], { dim: 3, ignoreOddBoxes: true }),
-    /ignores no odd boxes/,
-  );
   refuses(() => jostle.findPairs(good, { dim: 3, owner: Uint32Array.of(1) }), /owner/, {
     status: "size_mismatch",
   });
@@ -230,7 +222,7 @@ test("null counts as left out, in place of options and of each of them", async (
   const boxes = Float32Array.from(good);
   const world = new jostle.World({ dim: 3, type: null, margin: null, accept: null });
   const ids = world.add(boxes, null);
-  const index = new jostle.BoxIndex({ dim: 3, type: null, ignoreOddBoxes: null });
+  const index = new jostle.BoxIndex({ dim: 3, type: null });
   index.build(boxes);
   const shapes = new jostle.Shapes({ dim: null, shapes: [jostle.sphere(1), jostle.sphere(2)] });
   const two = { shapes, poses: poses(new Float32Array(6), { dim: 3, rotations: null }) };
@@ -240,7 +232,7 @@ test("null counts as left out, in place of options and of each of them", async (
   const line = [new Float32Array(3), new Float32Array(3).fill(1)];
   const near = { nearest: new Float32Array(3), count: null, maxDistance: null };
   const filter = { category: null, mask: null, owner: null };
-  const sorted = { dim: 3, sort: null, ignoreOddBoxes: null, accept: null, ...filter };
+  const sorted = { dim: 3, sort: null, accept: null, ...filter };
   const queried = { asker: null, exclude: null, accept: null };
   const in_order = { sequence: null };
   const calls = [ // of options, and the options there are
@@ -465,7 +457,6 @@ for (const [kind, loaded] of Object.entries(modules)) {
     for (const use of [
       () => finder.find(boxes, { dim: 3 }),
       () => finder.find(boxes, { dim: 3, accept: () => true }),
-      () => finder.find(boxes, { dim: 3, ignoreOddBoxes: true }),
       () => finder.stream(boxes, { dim: 3 }, () => {}),
       () => finder.pairs,
       () => finder.stats,

@@ -57,50 +57,6 @@ for (const [kind, loaded] of Object.entries(modules)) {
     assert.deepEqual([...between], slow_pairs_between(boxes, others, 3, agree));
   });
 
-  test(`odd boxes touch nothing where they are ignored: ${kind}`, async () => {
-    const jostle = await loaded();
-    const finder = new jostle.PairFinder();
-    for (const dim of [2, 3]) {
-      const boxes = random_boxes(300, dim, 21);
-      const is_odd = (i) => i % 7 === 3;
-      for (let i = 3; i < 300; i += 7)
-        if (i % 2 === 1) boxes[2 * dim * i] = NaN;
-        else boxes[2 * dim * i + dim] = boxes[2 * dim * i] - 1;
-      const good = (i, j) => !is_odd(i) && !is_odd(j);
-      const expected = slow_pairs(boxes, dim, good);
-      const options = { dim, sort: true, ignoreOddBoxes: true };
-      assert.deepEqual([...jostle.findPairs(boxes, options)], expected);
-      assert.deepEqual([...finder.find(boxes, options)], expected);
-      assert.equal(finder.stats.odd, 43);
-      const accept = (a, b) => (a + b) % 3 !== 0;
-      assert.deepEqual(
-        [...finder.find(boxes, { ...options, accept })],
-        slow_pairs(boxes, dim, (i, j) => good(i, j) && accept(i, j)),
-      );
-      const others = boxes.slice(0, 200 * dim);
-      assert.deepEqual(
-        [...finder.find(boxes, others, options)],
-        slow_pairs_between(boxes, others, dim, good),
-      );
-      let streamed = 0;
-      finder.stream(boxes, { dim, ignoreOddBoxes: true }, (pairs) => void (streamed += pairs.length));
-      assert.equal(streamed, expected.length);
-      const scenes = jostle.findScenes(boxes, [0, 300, 300], { dim, ignoreOddBoxes: true });
-      assert.equal(scenes.of(0).length, expected.length);
-      assert.throws(() => finder.find(boxes, { dim, sort: true })); // as strict as before
-
-      const index = new jostle.BoxIndex({ dim, ignoreOddBoxes: true }), strict = new jostle.BoxIndex({ dim });
-      index.build(boxes);
-      assert.equal(index.stats.odd, 43);
-      assert.equal(index.size, 300);
-      const touched = index.join(boxes); // all but the odd ones touch themselves as well
-      assert.equal(touched.length / 2, expected.length + 300 - 43);
-      assert.throws(() => strict.build(boxes));
-      for (const each of [index, strict]) each.dispose();
-    }
-    finder.dispose();
-  });
-
   test(`streams what find finds: ${kind}`, async () => {
     const jostle = await loaded();
     const scene = jostle.scene("clustered", 20_000);

@@ -19,11 +19,10 @@ constexpr AskedShapes<jostle_index> shapes_of_index{jostle_index_first_hits, jos
 class BoxIndex
 {
   public:
-    BoxIndex(jostle_space space, bool ignore_odd_boxes, std::uint32_t threads) : space(space)
+    BoxIndex(jostle_space space, std::uint32_t threads) : space(space)
     {
         const Executor executor = executor_of(threads);
-        jostle_options options = options_of(executor, memory.allocator());
-        options.ignore_odd_boxes = ignore_odd_boxes ? 1 : 0;
+        const jostle_options options = options_of(executor, memory.allocator());
         handle = make<IndexHandle>(
             [&](auto** out, auto* error) { return jostle_index_new(space, &options, out, error); });
     }
@@ -68,7 +67,7 @@ class BoxIndex
         read([&](auto* index) {
             call([&](jostle_error* error) { return jostle_index_stats_read(index, &s, error); });
         });
-        return py::dict("objects"_a = s.objects, "odd"_a = s.odd, "pages"_a = s.pages, "leaves"_a = s.leaves,
+        return py::dict("objects"_a = s.objects, "pages"_a = s.pages, "leaves"_a = s.leaves,
                         "nodes"_a = s.nodes, "depth"_a = s.depth, "bytes"_a = s.bytes, "sorts"_a = s.sorts,
                         "splits"_a = s.splits);
     }
@@ -85,7 +84,7 @@ class BoxIndex
 void define_index(py::module_& m)
 {
     define_class<BoxIndex>(m, "BoxIndex")
-        .def(py::init<jostle_space, bool, std::uint32_t>())
+        .def(py::init<jostle_space, std::uint32_t>())
         .def("build", [](BoxIndex& self, const std::optional<U32>& ids,
                          const Array& boxes) { self.change(ids, boxes, jostle_index_build); })
         .def("insert", [](BoxIndex& self, const U32& ids,

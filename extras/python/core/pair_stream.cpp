@@ -20,16 +20,14 @@ class PairStream
 {
   public:
     PairStream(const py::array& boxes, const std::optional<py::array>& other,
-               std::unique_ptr<PairFilter> filter, std::uint64_t chunk, bool ignore_odd_boxes,
-               std::uint32_t threads)
+               std::unique_ptr<PairFilter> filter, std::uint64_t chunk, std::uint32_t threads)
         : a_(boxes_of(boxes, "boxes")),
           filter_(std::move(filter)),
           chunk_(chunk),
           executor_(executor_of(threads))
     {
         if (other) b_ = boxes_of(*other, "other", a_.space);
-        jostle_options options = options_of(executor_);
-        options.ignore_odd_boxes = ignore_odd_boxes ? 1 : 0;
+        const jostle_options options = options_of(executor_);
         finder_ = make<FinderHandle>(
             [&](auto** out, auto* error) { return jostle_finder_new(&options, out, error); });
         worker_ = std::thread([this] { run(); });
@@ -146,12 +144,12 @@ void define_pair_stream(py::module_& m)
     define_class<PairStream>(m, "PairStream")
         .def(py::init([](const Array& boxes, const Maybe& other, Maybe category, Maybe mask, Maybe owner,
                          Maybe category_b, Maybe mask_b, Maybe owner_b, py::object accept,
-                         std::uint64_t chunk, bool ignore_odd_boxes, std::uint32_t threads) {
+                         std::uint64_t chunk, std::uint32_t threads) {
             return std::make_unique<PairStream>(boxes, other,
                                                 std::make_unique<PairFilter>(category, mask, owner,
                                                                              category_b, mask_b, owner_b,
                                                                              std::move(accept)),
-                                                chunk, ignore_odd_boxes, threads);
+                                                chunk, threads);
         }))
         .def("__iter__", [](py::object self) { return self; })
         .def("__next__", &PairStream::next)

@@ -15,11 +15,8 @@ namespace {
 class PairFinder
 {
   public:
-    PairFinder(bool ignore_odd_boxes, std::uint32_t threads)
-        : ignore_odd_boxes_(ignore_odd_boxes),
-          threads_(threads),
-          handle_(make_handle(threads)),
-          last_(handle_.get())
+    explicit PairFinder(std::uint32_t threads)
+        : threads_(threads), handle_(make_handle(threads)), last_(handle_.get())
     {
     }
     /// As find() in pairs.hpp.
@@ -56,7 +53,7 @@ class PairFinder
         jostle_stats s{};
         s.struct_size = sizeof s;
         call([&](jostle_error* error) { return jostle_finder_stats(last_, &s, error); });
-        py::dict stats("objects"_a = s.objects, "odd"_a = s.odd, "pairs"_a = s.pairs, "records"_a = s.records,
+        py::dict stats("objects"_a = s.objects, "pairs"_a = s.pairs, "records"_a = s.records,
                        "candidates"_a = s.candidates, "ties"_a = s.ties, "bricks"_a = s.bricks,
                        "nested_grids"_a = s.nested_grids, "bytes_reserved"_a = s.bytes_reserved);
         stats["ms_total"] = s.ms_total;
@@ -78,13 +75,11 @@ class PairFinder
     [[nodiscard]] FinderHandle make_handle(std::uint32_t threads)
     {
         const Executor executor = executor_of(threads);
-        jostle_options options = options_of(executor, memory_.allocator());
-        options.ignore_odd_boxes = ignore_odd_boxes_ ? 1 : 0;
+        const jostle_options options = options_of(executor, memory_.allocator());
         return make<FinderHandle>(
             [&](auto** out, auto* error) { return jostle_finder_new(&options, out, error); });
     }
 
-    bool ignore_odd_boxes_;
     std::uint32_t threads_;
     Users users_{"pair finder"};
     Interruptible memory_;
@@ -95,10 +90,9 @@ class PairFinder
 } // namespace
 
 py::array find(const py::array& boxes, const std::optional<py::array>& other, PairFilter& filter, bool sorted,
-               bool ignore_odd_boxes, std::uint32_t threads, jostle_accept_pair_function accept,
-               void* context)
+               std::uint32_t threads, jostle_accept_pair_function accept, void* context)
 {
-    return PairFinder(ignore_odd_boxes, threads).find(boxes, other, filter, sorted, accept, context);
+    return PairFinder(threads).find(boxes, other, filter, sorted, accept, context);
 }
 
 namespace {
@@ -150,8 +144,7 @@ py::tuple find_periodic(const py::array& boxes, const Packed<double>& period, Pa
 /// Returns the pairs of all scenes, one scene's behind the other's, and where each scene's begin.
 py::tuple find_scenes(const py::array& boxes, const Packed<std::uint64_t>& offsets,
                       const std::optional<py::array>& category, const std::optional<py::array>& mask,
-                      const std::optional<py::array>& owner, const py::object& accept, bool ignore_odd_boxes,
-                      std::uint32_t threads)
+                      const std::optional<py::array>& owner, const py::object& accept, std::uint32_t threads)
 {
     const Boxes all = boxes_of(boxes, "boxes");
     const std::uint64_t count = length_of(offsets, "offsets");
@@ -159,8 +152,7 @@ py::tuple find_scenes(const py::array& boxes, const Packed<std::uint64_t>& offse
         refuse("offsets is empty: it must have one number for each scene's first box, and the end");
     const Executor executor = executor_of(threads);
     Interruptible memory;
-    jostle_options options = options_of(executor, memory.allocator());
-    options.ignore_odd_boxes = ignore_odd_boxes ? 1 : 0;
+    const jostle_options options = options_of(executor, memory.allocator());
     struct Asked
     {
         const py::object& accept;
@@ -195,13 +187,12 @@ py::tuple find_scenes(const py::array& boxes, const Packed<std::uint64_t>& offse
     return py::make_tuple(copy_pairs(pairs), first);
 }
 
-py::array spatial_order(const py::array& boxes, bool ignore_odd_boxes, std::uint32_t threads)
+py::array spatial_order(const py::array& boxes, std::uint32_t threads)
 {
     const Boxes given = boxes_of(boxes, "boxes");
     const Executor executor = executor_of(threads);
     Interruptible memory;
-    jostle_options options = options_of(executor, memory.allocator());
-    options.ignore_odd_boxes = ignore_odd_boxes ? 1 : 0;
+    const jostle_options options = options_of(executor, memory.allocator());
     Packed<std::uint32_t> order(static_cast<py::ssize_t>(given.view.count));
     std::uint32_t* const to = order.mutable_data();
     memory.call([&](jostle_error* error) {
@@ -217,15 +208,13 @@ void define_pairs(py::module_& m)
     define_class<PairFilter>(m, "PairFilter")
         .def(py::init<Maybe, Maybe, Maybe, Maybe, Maybe, Maybe, py::object>());
     define_class<PairFinder>(m, "PairFinder")
-        .def(py::init<bool, std::uint32_t>())
+        .def(py::init<std::uint32_t>())
         .def("find", [](PairFinder& self, const Array& boxes, const Maybe& other, PairFilter& filter,
                         bool sorted) { return self.find(boxes, other, filter, sorted); })
         .def("stats", &PairFinder::stats)
         .def("release_memory", &PairFinder::release_memory);
     m.def("find", [](const Array& boxes, const Maybe& other, PairFilter& filter, bool sorted,
-                     bool ignore_odd_boxes, std::uint32_t threads) {
-        return find(boxes, other, filter, sorted, ignore_odd_boxes, threads);
-    });
+                     std::uint32_t threads) { return find(boxes, other, filter, sorted, threads); });
     m.def("find_periodic", &find_periodic);
     m.def("find_scenes", &find_scenes);
     m.def("spatial_order", &spatial_order);

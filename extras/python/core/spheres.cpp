@@ -119,7 +119,7 @@ void define_spheres(py::module_& m)
             const auto* const self = static_cast<const SphereFilter*>(context);
             return self->touch(i, k) ? 1 : 0;
         };
-        return find(boxes, other_boxes, none, sorted, false, threads, accept, &spheres);
+        return find(boxes, other_boxes, none, sorted, threads, accept, &spheres);
     });
 }
 

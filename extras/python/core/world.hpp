@@ -17,9 +17,7 @@ namespace jostle_python {
 class World
 {
   public:
-    World(jostle_space given, double margin, py::object function, std::uint32_t threads, bool pair_slots,
-          bool ignore_odd_boxes)
-        : space(given),
+    World(jostle_space given, double margin, py::object function, std::uint32_t threads, bool pair_slots        : space(given),
           accept(std::move(function)),
           pending(std::make_shared<Pending>()),
           memory(std::make_shared<Interruptible>())
@@ -31,7 +29,6 @@ class World
         options.common = &common;
         options.margin = margin;
         options.pair_slots = pair_slots ? 1 : 0;
-        options.ignore_odd_boxes = ignore_odd_boxes ? 1 : 0;
         if (!accept.is_none()) {
             asked = std::make_shared<Asks>(Asks{accept, pending.get()});
             options.context = asked.get();
@@ -50,8 +47,11 @@ class World
     class Updating
     {
       public:
-        explicit Updating(World& world) : now_(world.users), outer_(std::exchange(updating, &world.users)) {}
-        ~Updating() { updating = outer_; }
+        explicit Updating(World & world) : now_(world.users), outer_(std::exchange(updating, &world.users)) {}
+        ~Updating()
+        {
+            updating = outer_;
+        }
         Updating(const Updating&) = delete;
 
       private:
@@ -141,7 +141,6 @@ class World
         stats["us_resting"] = s.us_resting;
         stats["us_events"] = s.us_events;
         stats["us_index"] = s.us_index;
-        stats["odd"] = s.odd;
         stats["contested"] = s.contested;
         return stats;
     }

@@ -22,20 +22,17 @@ class BoxIndex:
         index.first(jostle.rays(origins, directions))       # what each ray meets first
         index.all(jostle.nearest(points, 8))                # the eight nearest of each point
 
-    dim and dtype are those of the boxes unless given. With ignore_odd_boxes NaN and inverted boxes aren't errors: nothing finds such
-    objects, stats()["odd"] counts them, and queries with such a box find nothing. Several threads may make queries at the same time;
-    make changes one at a time. A change while a query goes on, in its callback or another thread, is an Error.
+    dim and dtype are those of the boxes unless given. Several threads may make queries at the same time; make changes one at a time. A change while a query goes on, in its callback or another thread, is an Error.
     """
 
     def __init__(self, boxes: Any = None, ids: Any = None, *, dim: int | None = None, dtype: Any = None,
-                 ignore_odd_boxes: bool = False, threads: int = 0) -> None:
+                 threads: int = 0) -> None:
         given = None if boxes is None else _arrays.boxes(boxes, dtype=dtype)
         self.dim = dim if dim is not None else 3 if given is None else _arrays.dim_of(given)
         self.dtype = np.dtype(np.float64 if given is None and dtype is None else dtype if given is None else given.dtype)
         if (self.dim, self.dtype) not in _arrays.SPACES:
             raise Error(f"an index is 2D or 3D, float32 or float64, not {self.dim}D {self.dtype}")
-        self._index = _core.BoxIndex(_arrays.SPACES[self.dim, self.dtype], bool(ignore_odd_boxes),
-                                     _arrays.threads(threads))
+        self._index = _core.BoxIndex(_arrays.SPACES[self.dim, self.dtype], _arrays.threads(threads))
         if given is not None:
             self._index.build(None if ids is None else _arrays.packed(ids, "ids", np.uint32), given)
 
@@ -79,7 +76,7 @@ class BoxIndex:
         return self._index.boxes(_arrays.packed(ids, "ids", np.uint32))
 
     def stats(self) -> dict[str, int]:
-        """What it is made of: objects, odd, pages, leaves, nodes, depth, bytes, sorts, splits."""
+        """What it is made of: objects, pages, leaves, nodes, depth, bytes, sorts, splits."""
         return self._index.stats()
 
     def join(self, boxes: Any) -> np.ndarray:

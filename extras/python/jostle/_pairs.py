@@ -40,7 +40,7 @@ def _two(boxes: Any, other: Any) -> tuple[np.ndarray, np.ndarray | None]:
 
 def find_pairs(boxes: Any, other: Any = None, *, category: Any = None, mask: Any = None, owner: Any = None,
                category_b: Any = None, mask_b: Any = None, owner_b: Any = None, accept: Accept | None = None,
-               order: str = "canonical", ignore_odd_boxes: bool = False, threads: int = 0) -> np.ndarray:
+               order: str = "canonical", threads: int = 0) -> np.ndarray:
     """All pairs of touching boxes within `boxes`, or between `boxes` and `other`.
 
     boxes, other   (n, 2, d) or (n, 2 d) of float32 or float64, d 2 or 3, read in place
@@ -49,7 +49,6 @@ def find_pairs(boxes: Any, other: Any = None, *, category: Any = None, mask: Any
     ..._b          the same for `other`
     accept         called last with (a, b), on one thread; slow, since it is Python. An exception that it raises comes out of the call
     order          "canonical": by position in space, the same on every machine, the fastest. "sorted": ascending by (a, b)
-    ignore_odd_boxes   takes NaN and inverted boxes, which are errors else: they touch nothing
     threads        0 for one per core
 
     Returns (m, 2) uint32: positions, a < b within one set.
@@ -57,7 +56,7 @@ def find_pairs(boxes: Any, other: Any = None, *, category: Any = None, mask: Any
     """
     a, b = _two(boxes, other)
     wish = _core.PairFilter(*_filter(category, mask, owner, category_b, mask_b, owner_b, accept))
-    return _core.find(a, b, wish, _is_sorted(order), bool(ignore_odd_boxes), _arrays.threads(threads, accept))
+    return _core.find(a, b, wish, _is_sorted(order), _arrays.threads(threads, accept))
 
 
 class PairFinder:
@@ -67,12 +66,12 @@ class PairFinder:
         for step in range(1000):
             pairs = finder.find(boxes)
 
-    ignore_odd_boxes and threads are as for find_pairs. Use a finder for one call at a time: another call meanwhile, by a callback or
+    threads is as for find_pairs. Use a finder for one call at a time: another call meanwhile, by a callback or
     a thread, is an Error.
     """
 
-    def __init__(self, *, ignore_odd_boxes: bool = False, threads: int = 0) -> None:
-        self._finder = _core.PairFinder(bool(ignore_odd_boxes), _arrays.threads(threads))
+    def __init__(self, *, threads: int = 0) -> None:
+        self._finder = _core.PairFinder(_arrays.threads(threads))
 
     def find(self, boxes: Any, other: Any = None, *, category: Any = None, mask: Any = None, owner: Any = None,
              category_b: Any = None, mask_b: Any = None, owner_b: Any = None, accept: Accept | None = None,
@@ -83,7 +82,7 @@ class PairFinder:
         return self._finder.find(a, b, wish, _is_sorted(order))
 
     def stats(self) -> dict[str, Any]:
-        """What the last search did: objects, odd, pairs, records, candidates, ties, bricks, nested_grids, bytes_reserved, and
+        """What the last search did: objects, pairs, records, candidates, ties, bricks, nested_grids, bytes_reserved, and
         milliseconds: ms_total, ms_tune, ms_scatter, ms_sweep, ms_finish."""
         return self._finder.stats()
 
@@ -142,7 +141,7 @@ class ScenePairs:
 
 
 def find_scenes(boxes: Any, offsets: Any, *, category: Any = None, mask: Any = None, owner: Any = None,
-                accept: Callable[[int, int, int], bool] | None = None, ignore_odd_boxes: bool = False,
+                accept: Callable[[int, int, int], bool] | None = None,
                 threads: int = 0) -> ScenePairs:
     """The pairs of many independent scenes, such as thousands of small simulations side by side.
 
@@ -150,7 +149,6 @@ def find_scenes(boxes: Any, offsets: Any, *, category: Any = None, mask: Any = N
     offsets        (scenes + 1,) whole numbers: scene k is boxes[offsets[k]:offsets[k + 1]]. The first is 0, the last len(boxes)
     category, mask, owner   one uint32 per box of all scenes, as for find_pairs
     accept         called last with (scene, a, b), on one thread; slow, since it is Python
-    ignore_odd_boxes   as for find_pairs
     threads        0 for one per core
 
     Each scene's pairs are those of find_pairs for its boxes, in the same order, whatever the number of threads.
@@ -160,13 +158,13 @@ def find_scenes(boxes: Any, offsets: Any, *, category: Any = None, mask: Any = N
     places = _arrays.packed(offsets, "offsets", np.uint64)
     return ScenePairs(*_core.find_scenes(
         _arrays.boxes(boxes), places, _arrays.optional_integers(category, "category"), _arrays.optional_integers(mask, "mask"),
-        _arrays.optional_integers(owner, "owner"), _arrays.function(accept, "accept"), bool(ignore_odd_boxes),
+        _arrays.optional_integers(owner, "owner"), _arrays.function(accept, "accept"),
         _arrays.threads(threads, accept)))
 
 
 def iter_pairs(boxes: Any, other: Any = None, *, chunk: int = 1_000_000, category: Any = None, mask: Any = None,
                owner: Any = None, category_b: Any = None, mask_b: Any = None, owner_b: Any = None,
-               accept: Accept | None = None, ignore_odd_boxes: bool = False, threads: int = 0) -> Iterator[np.ndarray]:
+               accept: Accept | None = None, threads: int = 0) -> Iterator[np.ndarray]:
     """The pairs that find_pairs finds, as arrays of `chunk` pairs (the last has fewer), for more pairs than memory holds.
 
     The search goes on in the background while you work on a chunk, and waits when four chunks haven't been fetched yet. Chunks come
@@ -177,7 +175,7 @@ def iter_pairs(boxes: Any, other: Any = None, *, chunk: int = 1_000_000, categor
         raise Error(f"chunk is {chunk}: it must be at least 1")
     a, b = _two(boxes, other)
     stream = _core.PairStream(a, b, *_filter(category, mask, owner, category_b, mask_b, owner_b, accept), chunk,
-                              bool(ignore_odd_boxes), _arrays.threads(threads, accept))
+                              _arrays.threads(threads, accept))
 
     def each() -> Iterator[np.ndarray]:
         try:
@@ -188,11 +186,10 @@ def iter_pairs(boxes: Any, other: Any = None, *, chunk: int = 1_000_000, categor
     return each()
 
 
-def spatial_order(boxes: Any, *, ignore_odd_boxes: bool = False, threads: int = 0) -> np.ndarray:
+def spatial_order(boxes: Any, *, threads: int = 0) -> np.ndarray:
     """An order of the boxes along space, (n,) uint32: boxes that lie near each other come near each other.
 
     boxes          as for find_pairs
-    ignore_odd_boxes   takes NaN and inverted boxes, which are errors else: they come last
     threads        0 for one per core
 
     With `order = jostle.spatial_order(boxes)`, boxes[order] and velocities[order] have neighbours in space as neighbours in memory,
@@ -200,7 +197,7 @@ def spatial_order(boxes: Any, *, ignore_odd_boxes: bool = False, threads: int = 
     about the same place keep their order. The order is the same for any number of threads. It takes up to one and a
     half times as long as finding the pairs.
     """
-    return _core.spatial_order(_arrays.boxes(boxes), bool(ignore_odd_boxes), _arrays.threads(threads))
+    return _core.spatial_order(_arrays.boxes(boxes), _arrays.threads(threads))
 
 
 def join(points: Any, radii: Any, other: Any = None, other_radii: Any = None, *, order: str = "canonical",

@@ -44,7 +44,6 @@ class World:
     index, good for indexing arrays: jostle.World.index(ids).
 
     margin    every box is this much bigger on every side
-    ignore_odd_boxes   takes NaN and inverted boxes: such objects touch nothing, and stats()["odd"] counts them
     accept    accept(id_a, id_b) is asked once for each pair that would begin; such a world works on one thread
     threads   0 for one per core
 
@@ -57,12 +56,11 @@ class World:
     """
 
     def __init__(self, dim: int = 3, dtype: Any = np.float64, *, margin: float = 0.0,
-                 accept: Callable[[int, int], bool] | None = None, threads: int = 0, pair_slots: bool = False,
-                 ignore_odd_boxes: bool = False) -> None:
+                 accept: Callable[[int, int], bool] | None = None, threads: int = 0, pair_slots: bool = False) -> None:
         self.dim, self.dtype = dim, np.dtype(dtype)
         if (self.dim, self.dtype) not in _arrays.SPACES:
             raise Error(f"a world is 2D or 3D, float32 or float64, not {self.dim}D {self.dtype}")
-        self._threads, self._kept = _arrays.threads(threads, accept), (pair_slots, ignore_odd_boxes)
+        self._threads, self._kept = _arrays.threads(threads, accept), (pair_slots,)
         self._world = _core.World(_arrays.SPACES[self.dim, self.dtype], margin, _arrays.function(accept, "accept"), self._threads,
                                   *self._kept)
 
@@ -380,14 +378,14 @@ class World:
         until clear() or restore() makes it a world again."""
         self._world.follow(self._other(other))
 
-    def __getstate__(self) -> tuple[int, str, int, bytes, tuple[bool, bool]]:
+    def __getstate__(self) -> tuple[int, str, int, bytes, tuple[bool]]:
         if self._world.accept is not None:
             raise Error("a world with an `accept` can't be pickled: functions aren't part of a snapshot. Use save() and restore()")
         return self.dim, self.dtype.str, self._threads, self.save(), self._kept
 
-    def __setstate__(self, state: tuple[int, str, int, bytes, tuple[bool, bool]]) -> None:
-        slots, ignore_odd_boxes = state[4]
-        World.__init__(self, state[0], np.dtype(state[1]), threads=state[2], pair_slots=slots, ignore_odd_boxes=ignore_odd_boxes)
+    def __setstate__(self, state: tuple[int, str, int, bytes, tuple[bool]]) -> None:
+        slots, = state[4]
+        World.__init__(self, state[0], np.dtype(state[1]), threads=state[2], pair_slots=slots)
         self.restore(state[3])
 
     # --- Seeing inside ---

@@ -316,32 +316,6 @@ def test_a_world_keeps_what_belongs_to_objects_and_pairs():
     assert len(jostle.World(2).began_slots()) == 0
 
 
-def test_a_world_may_ignore_odd_boxes_and_says_the_same():
-    boxes = some_boxes(200, 3, np.float32)
-    worlds = [jostle.World(3, np.float32), jostle.World(3, np.float32, ignore_odd_boxes=True)]
-    ids = [world.add(boxes) for world in worlds]
-    for shift in (0, 0.01, -0.01, 0.02):
-        for world, its in zip(worlds, ids):
-            world.move(its, boxes + np.float32(shift))
-            world.update()
-        assert np.array_equal(worlds[0].began(), worlds[1].began())
-        assert np.array_equal(worlds[0].persisted(), worlds[1].persisted())
-    assert worlds[1].stats()["changed"] == 200
-    odd = boxes.copy()
-    odd[3, 0, 0] = np.nan
-    odd[4] = odd[4, ::-1]
-    with pytest.raises(jostle.Error):
-        worlds[0].move(ids[0], odd)
-    worlds[1].move(ids[1], odd)
-    worlds[1].update()
-    assert worlds[1].stats()["odd"] == 2 and worlds[1].stats()["disabled"] == 0 and worlds[1].stats()["contested"] == 0
-    other = pickle.loads(pickle.dumps(worlds[1]))
-    assert other.stats()["odd"] == 2
-    other.move(ids[1], boxes)
-    other.update()
-    assert other.stats()["odd"] == 0 and len(other.began()) == len(worlds[1].ended().pairs)
-
-
 def test_a_world_asks():
     boxes = np.zeros((3, 2, 2))
     boxes[:, 1] = 1

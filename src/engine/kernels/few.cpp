@@ -42,14 +42,6 @@ HWY_ATTR bool pad_and_check(Unit<T>& unit)
     return all(good);
 }
 
-/// Makes odd boxes of a padded unit such that touch nothing.
-template <int Dim, class T>
-void hide_odd(Unit<T>& unit)
-{
-    for (std::uint32_t i = 0; i < unit.count; ++i)
-        if (!valid<Dim>(unit, i)) unit.lo[0][i] = std::numeric_limits<T>::quiet_NaN();
-}
-
 /// Writes the pairs of row a with the boxes first + k whose bits k are set. Most rows have up to four in 64
 /// boxes: these are written without a branch, whether they are there or not.
 inline Pair* write_pairs(std::uint32_t a, std::uint32_t first, std::uint64_t bits, Pair* out)
@@ -65,22 +57,14 @@ inline Pair* write_pairs(std::uint32_t a, std::uint32_t first, std::uint64_t bit
 }
 
 template <int Dim, class T>
-HWY_ATTR Pair* among_few(const BoxView<Dim, T>& rows, Unit<T>& unit, bool cross, bool ignore_odd, Pair* out)
+HWY_ATTR Pair* among_few(const BoxView<Dim, T>& rows, Unit<T>& unit, bool cross, Pair* out)
 {
     constexpr std::uint32_t lanes = Vec<T>::size;
-    bool odd_rows = cross; // there may be some
-    if (!pad_and_check<Dim>(unit)) {
-        if (!ignore_odd) return nullptr;
-        hide_odd<Dim>(unit);
-        odd_rows = true;
-    }
+    if (!pad_and_check<Dim>(unit)) return nullptr;
     const auto row_count = static_cast<std::uint32_t>(rows.size());
     for (std::uint32_t a = 0; a < row_count; ++a) {
         const Aabb<Dim, T> row = rows[a];
-        if (odd_rows && !valid(row)) {
-            if (!ignore_odd) return nullptr;
-            continue;
-        }
+        if (cross && !valid(row)) return nullptr; // else the columns have it, too
         Vec<T> lo[Dim], hi[Dim];
         for (int d = 0; d < Dim; ++d) {
             lo[d] = Vec<T>(row.lo[static_cast<std::size_t>(d)]);

@@ -22,11 +22,9 @@ static_assert(few_boxes <= unit_size - 16, "padding follows the last box");
 
 /// Writes the pairs of `rows` with the boxes in the unit's columns, ascending by (a, b), and returns their
 /// end. Within one set (`cross` false) the columns hold the rows themselves, and each is tested against those
-/// behind it. Overwrites the columns behind the last box. Null if a box is odd, NaN or inverted, unless these
-/// are to be ignored: then they touch nothing.
+/// behind it. Overwrites the columns behind the last box. Null if a box is NaN or inverted.
 template <int Dim, class T>
-using FindAmongFew = Pair* (*)(const BoxView<Dim, T>& rows, Unit<T>& unit, bool cross, bool ignore_odd,
-                               Pair* out);
+using FindAmongFew = Pair* (*)(const BoxView<Dim, T>& rows, Unit<T>& unit, bool cross, Pair* out);
 
 /// For one of supported_instruction_sets(). All sets leave the same pairs.
 template <int Dim, class T>
@@ -34,14 +32,13 @@ FindAmongFew<Dim, T> find_among_few_with(InstructionSet set) noexcept;
 
 /// The pairs of few boxes, or null: see above.
 template <int Dim, class T>
-Pair* find_among_few(const FinderOptions& options, const Boxes<Dim, T>& boxes, Unit<T>& unit, Pair* out)
+Pair* find_among_few(InstructionSet set, const Boxes<Dim, T>& boxes, Unit<T>& unit, Pair* out)
 {
-    const InstructionSet set = options.instruction_set;
     const BoxView<Dim, T>& columns = boxes.cross ? boxes.b : boxes.a;
     unit.count = static_cast<std::uint32_t>(columns.size());
     if (unit.count != 0) kernels_for(set).template load<Dim, T>()(columns, 0, unit);
     const BoxView<Dim, T> rows = boxes.a.subview(0, std::min(boxes.a.size(), boxes.loners));
-    return find_among_few_with<Dim, T>(set)(rows, unit, boxes.cross, options.ignore_odd_boxes, out);
+    return find_among_few_with<Dim, T>(set)(rows, unit, boxes.cross, out);
 }
 
 } // namespace engine

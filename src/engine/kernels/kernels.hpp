@@ -33,16 +33,6 @@ struct Unit
     std::uint16_t wide_box[unit_size];  // their numbers in the unit
 };
 
-/// Whether box i of a unit is valid.
-template <int Dim, class T>
-[[nodiscard]] bool valid(const Unit<T>& unit, std::uint32_t i) noexcept
-{
-    bool all = true;
-    for (int d = 0; d < Dim; ++d)
-        all &= unit.lo[d][i] <= unit.hi[d][i];
-    return all;
-}
-
 // ---- The sweep ----
 //
 // Records lie sorted by where they begin on the sweep axis. Each is a *row* in its turn: it is tested against

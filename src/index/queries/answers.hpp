@@ -71,18 +71,6 @@ const Aabb<Dim, T>& from_of(const NearestToBox<Dim, T>& question) noexcept
     return question.box;
 }
 
-/// Whether a question is about an odd box, which finds nothing; it was let through where those are ignored.
-template <class Question>
-bool is_odd(const Question& question) noexcept
-{
-    if constexpr (requires { question.box; })
-        return !valid(question.box);
-    else if constexpr (requires { question.lo; })
-        return !valid(question);
-    else
-        return false;
-}
-
 /// What a visitor says that nothing counts beyond, taken over if it is less. It is about this object.
 template <class T>
 void shrink(T& bound, T wish, std::uint32_t id)
@@ -220,7 +208,6 @@ class Answers
     Hit<T> first(const Question& question, Wanted wanted) const
     {
         Hit<T> best;
-        if (is_odd(question)) return best;
         Line<Dim, T> line(question);
         each_root(wanted, [&](Child<Dim, T> root, Wanted here) {
             const Hit<T> hit = kernels_.first(root, line, here);
@@ -235,7 +222,6 @@ class Answers
     template <class Question, class Items>
     bool all(const Question& question, Wanted wanted, std::uint64_t max_results, Items& out) const
     {
-        if (is_odd(question)) return false;
         const std::size_t begin = out.size();
         IntoVector<Items> found(out);
         each_root(wanted, [&](Child<Dim, T> root, Wanted here) {
@@ -267,7 +253,6 @@ class Answers
     template <class Question, class Items>
     void nearest(const Question& question, Wanted wanted, Items& out) const
     {
-        if (is_odd(question)) return;
         const std::size_t before = out.size();
         const auto most = static_cast<std::uint32_t>(std::min<std::size_t>(question.count, size_));
         out.resize(before + most);
@@ -281,7 +266,7 @@ class Answers
     Hit<T> nearest(const Question& question, Wanted wanted) const
     {
         Hit<T> found;
-        if (question.count != 0 && !is_odd(question)) (void)find_nearest(question, wanted, 1, &found);
+        if (question.count != 0) (void)find_nearest(question, wanted, 1, &found);
         return found;
     }
     /// Hands over all in order, as long as the visitor returns true; whether it always did.
@@ -291,7 +276,7 @@ class Answers
         const std::span<const Child<Dim, T>> roots(roots_, static_cast<std::size_t>(count_));
         std::uint64_t left = ~std::uint64_t{0};
         if constexpr (requires { question.count; }) left = question.count;
-        if (left == 0 || is_odd(question)) return true;
+        if (left == 0) return true;
         const auto counts = [&](std::uint32_t id) { return of_other_(id) && (!wanted || wanted(id)); };
         const Wanted all_wanted = of_other_ ? Wanted(counts) : wanted;
         bool goes_on = true;
@@ -401,7 +386,6 @@ class Answers
     template <class Question>
     std::uint64_t count_up(const Question& question, Wanted wanted, bool one_will_do) const
     {
-        if (is_odd(question)) return 0;
         IntoCount<typename ItemOf<Question>::Item> found;
         found.one_will_do = one_will_do;
         each_root(wanted, [&](Child<Dim, T> root, Wanted here) {

@@ -178,7 +178,7 @@ void check_ids(const StridedView<std::uint32_t>& column, std::uint64_t ids, cons
 } // namespace
 
 template <int Dim, class T>
-void check(const Ray<Dim, T>& ray, std::uint64_t number, bool)
+void check(const Ray<Dim, T>& ray, std::uint64_t number)
 {
     for (int d = 0; d < Dim; ++d)
         check_finite(ray.origin[d], "ray", number, "origin", d);
@@ -187,23 +187,21 @@ void check(const Ray<Dim, T>& ray, std::uint64_t number, bool)
 }
 
 template <int Dim, class T>
-void check(const Sweep<Dim, T>& sweep, std::uint64_t number, bool ignore_odd)
+void check(const Sweep<Dim, T>& sweep, std::uint64_t number)
 {
-    if (!ignore_odd || valid(sweep.box)) check_finite_box(sweep.box, "sweep", number);
-    const T* const motion = sweep.motion.data();
-    if (!ignore_odd || std::any_of(motion, motion + Dim, [](T by) { return by != 0; }))
-        check_motion(sweep.motion, "sweep", number, "motion", "ask for the overlaps of the box");
+    check_finite_box(sweep.box, "sweep", number);
+    check_motion(sweep.motion, "sweep", number, "motion", "ask for the overlaps of the box");
     check_not_negative(sweep.max_fraction, "sweep", number, "max_fraction");
 }
 
 template <int Dim, class T>
-void check(const Aabb<Dim, T>& region, std::uint64_t number, bool ignore_odd)
+void check(const Aabb<Dim, T>& region, std::uint64_t number)
 {
-    if (!ignore_odd) check_box(region, "region", number);
+    check_box(region, "region", number);
 }
 
 template <int Dim, class T>
-void check(const Sphere<Dim, T>& sphere, std::uint64_t number, bool)
+void check(const Sphere<Dim, T>& sphere, std::uint64_t number)
 {
     for (int d = 0; d < Dim; ++d)
         check_finite(sphere.center[d], "sphere", number, "center", d);
@@ -211,7 +209,7 @@ void check(const Sphere<Dim, T>& sphere, std::uint64_t number, bool)
 }
 
 template <int Dim, class T>
-void check(const Frustum<Dim, T>& frustum, std::uint64_t number, bool)
+void check(const Frustum<Dim, T>& frustum, std::uint64_t number)
 {
     for (const Plane<Dim, T>& plane : frustum.planes) {
         check_direction(plane.normal, "frustum", number, "normal of a plane", "drop the plane");
@@ -223,7 +221,7 @@ void check(const Frustum<Dim, T>& frustum, std::uint64_t number, bool)
 }
 
 template <int Dim, class T>
-void check(const Nearest<Dim, T>& nearest, std::uint64_t number, bool)
+void check(const Nearest<Dim, T>& nearest, std::uint64_t number)
 {
     for (int d = 0; d < Dim; ++d)
         check_finite(nearest.point[d], "nearest", number, "point", d);
@@ -231,9 +229,9 @@ void check(const Nearest<Dim, T>& nearest, std::uint64_t number, bool)
 }
 
 template <int Dim, class T>
-void check(const NearestToBox<Dim, T>& nearest, std::uint64_t number, bool ignore_odd)
+void check(const NearestToBox<Dim, T>& nearest, std::uint64_t number)
 {
-    if (!ignore_odd || valid(nearest.box)) check_finite_box(nearest.box, "nearest", number);
+    check_finite_box(nearest.box, "nearest", number);
     check_distance(nearest.max_distance, "nearest", number, "max_distance");
 }
 
@@ -246,13 +244,12 @@ template void check_max_distance(float);
 template void check_max_distance(double);
 
 template <int Dim, class T>
-void check_joined(const BoxView<Dim, T>& boxes, bool ignore_odd)
+void check_joined(const BoxView<Dim, T>& boxes)
 {
     if (boxes.size() >= Hit<T>::none)
         throw Error(ErrorCode::too_many_objects,
                     std::to_string(boxes.size()) + " boxes in one call; give at most 4294967294");
-    constexpr const char* set = "to be joined ";
-    ignore_odd ? check_pointers(boxes, set) : check_boxes_of(boxes, set);
+    check_boxes_of(boxes, "to be joined ");
 }
 
 void check(const QueryFilter& filter, std::uint64_t ids, std::uint64_t number)
@@ -268,14 +265,14 @@ void check(const QueryFilter& filter, std::uint64_t ids, std::uint64_t number)
 }
 
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
-    template void check<Dim, T>(const Ray<Dim, T>&, std::uint64_t, bool);                                    \
-    template void check<Dim, T>(const Sweep<Dim, T>&, std::uint64_t, bool);                                  \
-    template void check<Dim, T>(const Aabb<Dim, T>&, std::uint64_t, bool);                                   \
-    template void check<Dim, T>(const Sphere<Dim, T>&, std::uint64_t, bool);                                 \
-    template void check<Dim, T>(const Frustum<Dim, T>&, std::uint64_t, bool);                                \
-    template void check<Dim, T>(const Nearest<Dim, T>&, std::uint64_t, bool);                                \
-    template void check<Dim, T>(const NearestToBox<Dim, T>&, std::uint64_t, bool);                           \
-    template void check_joined(const BoxView<Dim, T>&, bool);
+    template void check<Dim, T>(const Ray<Dim, T>&, std::uint64_t);                                          \
+    template void check<Dim, T>(const Sweep<Dim, T>&, std::uint64_t);                                        \
+    template void check<Dim, T>(const Aabb<Dim, T>&, std::uint64_t);                                         \
+    template void check<Dim, T>(const Sphere<Dim, T>&, std::uint64_t);                                       \
+    template void check<Dim, T>(const Frustum<Dim, T>&, std::uint64_t);                                      \
+    template void check<Dim, T>(const Nearest<Dim, T>&, std::uint64_t);                                      \
+    template void check<Dim, T>(const NearestToBox<Dim, T>&, std::uint64_t);                                 \
+    template void check_joined(const BoxView<Dim, T>&);
 JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 

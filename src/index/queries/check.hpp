@@ -12,22 +12,21 @@ JOSTLE_NAMESPACE_BEGIN
 namespace index {
 
 // Each throws the `Error` for a question that can't be answered; `number` is its place in the batch, or
-// Error::no_index for a single one. Those with an odd box and sweeps that don't move pass where odd boxes are
-// ignored: see FinderOptions::ignore_odd_boxes.
+// Error::no_index for a single one.
 template <int Dim, class T>
-void check(const Ray<Dim, T>& ray, std::uint64_t number, bool ignore_odd);
+void check(const Ray<Dim, T>& ray, std::uint64_t number);
 template <int Dim, class T>
-void check(const Sweep<Dim, T>& sweep, std::uint64_t number, bool ignore_odd);
+void check(const Sweep<Dim, T>& sweep, std::uint64_t number);
 template <int Dim, class T>
-void check(const Aabb<Dim, T>& region, std::uint64_t number, bool ignore_odd);
+void check(const Aabb<Dim, T>& region, std::uint64_t number);
 template <int Dim, class T>
-void check(const Sphere<Dim, T>& sphere, std::uint64_t number, bool ignore_odd);
+void check(const Sphere<Dim, T>& sphere, std::uint64_t number);
 template <int Dim, class T>
-void check(const Frustum<Dim, T>& frustum, std::uint64_t number, bool ignore_odd);
+void check(const Frustum<Dim, T>& frustum, std::uint64_t number);
 template <int Dim, class T>
-void check(const Nearest<Dim, T>& nearest, std::uint64_t number, bool ignore_odd);
+void check(const Nearest<Dim, T>& nearest, std::uint64_t number);
 template <int Dim, class T>
-void check(const NearestToBox<Dim, T>& nearest, std::uint64_t number, bool ignore_odd);
+void check(const NearestToBox<Dim, T>& nearest, std::uint64_t number);
 
 /// How far apart pairs may be.
 template <class T>
@@ -35,15 +34,15 @@ void check_max_distance(T max_distance);
 
 /// Of a batch.
 template <class Question>
-void check_all(std::span<const Question> questions, bool ignore_odd)
+void check_all(std::span<const Question> questions)
 {
     for (std::size_t i = 0; i < questions.size(); ++i)
-        check(questions[i], i, ignore_odd);
+        check(questions[i], i);
 }
 
-/// Throws for boxes that can't be joined: too many to be numbered, or odd ones unless those are ignored.
+/// Throws for boxes that can't be joined: too many to be numbered, or NaN or inverted.
 template <int Dim, class T>
-void check_joined(const BoxView<Dim, T>& boxes, bool ignore_odd);
+void check_joined(const BoxView<Dim, T>& boxes);
 
 /// Throws unless there is room for a result of each question.
 void check_room(std::size_t questions, std::size_t results);

@@ -2,7 +2,6 @@
 // The verbs of Queries about boxes, once for a BoxIndex and a World. The Implementation of each says how it is
 // asked:
 //
-//   check(query, number)                      throws for a query that can't be answered
 //   Asking(implementation, filter, visits)    one query
 //     .answers()                              who searches
 //     .with(number, body)                     calls body(wanted), which says what counts by the filter
@@ -25,7 +24,7 @@ template <LineOrRegionOf<Dim, T> Query>
 bool Queries<Structure, Dim, T, Id, Filter>::any(const Query& query, const Filter& filter) const
 {
     const auto& me = *structure().implementation_;
-    me.check(query, Error::no_index);
+    index::check(query, Error::no_index);
     const typename Structure::Implementation::Asking asking(me, filter);
     return asking.with(0, [&](index::Wanted wanted) { return asking.answers().any(query, wanted); });
 }
@@ -35,7 +34,7 @@ template <LineOrRegionOf<Dim, T> Query>
 std::uint64_t Queries<Structure, Dim, T, Id, Filter>::count(const Query& query, const Filter& filter) const
 {
     const auto& me = *structure().implementation_;
-    me.check(query, Error::no_index);
+    index::check(query, Error::no_index);
     const typename Structure::Implementation::Asking asking(me, filter);
     return asking.with(0, [&](index::Wanted wanted) { return asking.answers().count(query, wanted); });
 }
@@ -46,7 +45,7 @@ auto Queries<Structure, Dim, T, Id, Filter>::first(const Query& query, const Fil
     -> std::optional<Found>
 {
     const auto& me = *structure().implementation_;
-    me.check(query, Error::no_index);
+    index::check(query, Error::no_index);
     const typename Structure::Implementation::Asking asking(me, filter);
     const Hit<T> hit =
         asking.with(0, [&](index::Wanted wanted) { return asking.answers().first(query, wanted); });
@@ -59,7 +58,7 @@ auto Queries<Structure, Dim, T, Id, Filter>::nearest(const Query& query, const F
     -> std::optional<Found>
 {
     const auto& me = *structure().implementation_;
-    me.check(query, Error::no_index);
+    index::check(query, Error::no_index);
     const typename Structure::Implementation::Asking asking(me, filter);
     const Hit<T> hit =
         asking.with(0, [&](index::Wanted wanted) { return asking.answers().nearest(query, wanted); });
@@ -73,7 +72,7 @@ void Queries<Structure, Dim, T, Id, Filter>::nearest(const Query& query, std::ve
 {
     out.clear();
     const auto& me = *structure().implementation_;
-    me.check(query, Error::no_index);
+    index::check(query, Error::no_index);
     const typename Structure::Implementation::Asking asking(me, filter);
     asking.template list<Hit<T>>(out, [&](index::Wanted wanted, auto& items) {
         asking.answers().nearest(query, wanted, items);
@@ -88,7 +87,7 @@ bool Queries<Structure, Dim, T, Id, Filter>::all(const Query& query, std::vector
 {
     out.clear();
     const auto& me = *structure().implementation_;
-    me.check(query, Error::no_index);
+    index::check(query, Error::no_index);
     const typename Structure::Implementation::Asking asking(me, filter);
     return asking.template list<typename index::ItemOf<Query>::Item>(
         out, [&](index::Wanted wanted, auto& items) {
@@ -103,7 +102,7 @@ bool Queries<Structure, Dim, T, Id, Filter>::visit(const Query& query, Visitor<A
 {
     constexpr bool has_order = !RegionOf<Query, Dim, T>;
     const auto& me = *structure().implementation_;
-    me.check(query, Error::no_index);
+    index::check(query, Error::no_index);
     const typename Structure::Implementation::Asking asking(
         me, filter, has_order ? index::Visits::in_order : index::Visits::in_own_order);
     return asking.with(0, [&](index::Wanted wanted) {
@@ -126,8 +125,7 @@ void Queries<Structure, Dim, T, Id, Filter>::any_of_each(std::span<const Query> 
 {
     const auto& me = *structure().implementation_;
     index::check_room(queries.size(), out.size());
-    for (std::size_t i = 0; i < queries.size(); ++i)
-        me.check(queries[i], i);
+    index::check_all(queries);
     const typename Structure::Implementation::AskingMany asking(me, filters, queries.size());
     asking.each([&](const auto& one, std::size_t i, index::Wanted wanted) {
         out[i] = one.answers().any(queries[i], wanted);
@@ -142,8 +140,7 @@ void Queries<Structure, Dim, T, Id, Filter>::count_of_each(std::span<const Query
 {
     const auto& me = *structure().implementation_;
     index::check_room(queries.size(), out.size());
-    for (std::size_t i = 0; i < queries.size(); ++i)
-        me.check(queries[i], i);
+    index::check_all(queries);
     const typename Structure::Implementation::AskingMany asking(me, filters, queries.size());
     asking.each([&](const auto& one, std::size_t i, index::Wanted wanted) {
         out[i] = one.answers().count(queries[i], wanted);
@@ -157,8 +154,7 @@ void Queries<Structure, Dim, T, Id, Filter>::first_of_each(std::span<const Query
 {
     const auto& me = *structure().implementation_;
     index::check_room(queries.size(), out.size());
-    for (std::size_t i = 0; i < queries.size(); ++i)
-        me.check(queries[i], i);
+    index::check_all(queries);
     const typename Structure::Implementation::AskingMany asking(me, filters, queries.size());
     asking.each([&](const auto& one, std::size_t i, index::Wanted wanted) {
         out[i] = one.given(one.answers().first(queries[i], wanted));
@@ -173,8 +169,7 @@ void Queries<Structure, Dim, T, Id, Filter>::nearest_of_each(std::span<const Que
 {
     const auto& me = *structure().implementation_;
     index::check_room(queries.size(), out.size());
-    for (std::size_t i = 0; i < queries.size(); ++i)
-        me.check(queries[i], i);
+    index::check_all(queries);
     const typename Structure::Implementation::AskingMany asking(me, filters, queries.size());
     asking.each([&](const auto& one, std::size_t i, index::Wanted wanted) {
         out[i] = one.given(one.answers().nearest(queries[i], wanted));
@@ -188,8 +183,7 @@ void Queries<Structure, Dim, T, Id, Filter>::nearest_of_each(std::span<const Que
                                                              const Filters& filters) const
 {
     const auto& me = *structure().implementation_;
-    for (std::size_t i = 0; i < queries.size(); ++i)
-        me.check(queries[i], i);
+    index::check_all(queries);
     const typename Structure::Implementation::AskingMany asking(me, filters, queries.size());
     asking.template lists<Hit<T>>(out,
                                   [&](const auto& one, std::size_t i, index::Wanted wanted, auto& items) {
@@ -206,8 +200,7 @@ void Queries<Structure, Dim, T, Id, Filter>::all_of_each(std::span<const Query> 
                                                          std::uint64_t max_results) const
 {
     const auto& me = *structure().implementation_;
-    for (std::size_t i = 0; i < queries.size(); ++i)
-        me.check(queries[i], i);
+    index::check_all(queries);
     const typename Structure::Implementation::AskingMany asking(me, filters, queries.size());
     asking.template lists<typename index::ItemOf<Query>::Item>(
         out, [&](const auto& one, std::size_t i, index::Wanted wanted, auto& items) {

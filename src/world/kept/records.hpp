@@ -19,7 +19,7 @@ template <int Dim, class T>
 struct Record
 {
     std::uint32_t generation = 0; // 0: there is no object, and all else is 0
-    std::uint32_t state = 0;      // place, alive, enabled, is_static, has_reach, odd
+    std::uint32_t state = 0;      // place, alive, enabled, is_static, has_reach
     typename ObjectChunk<Dim, T>::FilterNumbers numbers{};
     Aabb<Dim, T> box{};    // the bounds
     Reach<Dim, T> reach{}; // if it has one
@@ -27,9 +27,8 @@ struct Record
 
     [[nodiscard]] bool has(std::uint32_t bits) const noexcept { return (state & bits) != 0; }
     [[nodiscard]] Place place() const noexcept { return static_cast<Place>(state & flag::place); }
-    [[nodiscard]] bool is_shut() const noexcept { return has(flag::odd) && has(flag::enabled); }
 
-    /// To the bit: boxes may have NaN, and 0 of either sign.
+    /// To the bit: boxes may have 0 of either sign.
     friend bool same_record(const Record& a, const Record& b) noexcept
     {
         static_assert(sizeof(Aabb<Dim, T>) == 2 * Dim * sizeof(T));
@@ -82,7 +81,7 @@ class Past
         record.numbers = {filter.category, filter.mask, filter.owner};
         record.box = box(index);
         record.state = static_cast<std::uint32_t>(object.place()) | flag::alive |
-                       (object.was_enabled() ? flag::enabled : 0u) | (!valid(record.box) ? flag::odd : 0u) |
+                       (object.was_enabled() ? flag::enabled : 0u) |
                        (filter.is_static ? flag::is_static : 0u) | (reach != nullptr ? flag::has_reach : 0u);
         if (reach != nullptr) record.reach = *reach;
         return record;
@@ -107,7 +106,7 @@ template <int Dim, class T>
 void put_record(State<Dim, T>& state, Index index, const Record<Dim, T>& record) noexcept
 {
     const auto object = state.objects[index];
-    object.set_state(record.state | (record.is_shut() ? flag::shut : 0u));
+    object.set_state(record.state);
     if (record.generation == 0) return;
     object.numbers() = record.numbers;
     object.now() = object.before() = record.box; // from both, neighbour lists guess where it is going
@@ -118,25 +117,23 @@ void put_record(State<Dim, T>& state, Index index, const Record<Dim, T>& record)
 /// How many objects there are of each kind.
 struct Census
 {
-    std::size_t alive = 0, disabled = 0, odd = 0, resting = 0;
+    std::size_t alive = 0, disabled = 0, resting = 0;
 
     template <int Dim, class T>
     void add(const Record<Dim, T>& record) noexcept
     {
         alive += record.generation != 0;
-        odd += record.is_shut();
-        disabled += record.place() == Place::disabled && !record.is_shut();
+        disabled += record.place() == Place::disabled;
         resting += record.place() == Place::resting;
     }
     template <int Dim, class T>
     void remove(const Record<Dim, T>& record) noexcept
     {
         alive -= record.generation != 0;
-        odd -= record.is_shut();
-        disabled -= record.place() == Place::disabled && !record.is_shut();
+        disabled -= record.place() == Place::disabled;
         resting -= record.place() == Place::resting;
     }
-    [[nodiscard]] std::size_t active() const noexcept { return alive - disabled - odd - resting; }
+    [[nodiscard]] std::size_t active() const noexcept { return alive - disabled - resting; }
 };
 
 } // namespace world

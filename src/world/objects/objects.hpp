@@ -44,12 +44,10 @@ constexpr std::uint32_t asked = 1u << 12;      // its filter was set: `accept` i
 constexpr std::uint32_t again = 1u << 13;      // all its pairs are to be reported as if they were new
 constexpr std::uint32_t again_some = 1u << 14; // some of them: those that Changes has
 constexpr std::uint32_t noted = 1u << 15;      // the call of apply() under way has it in its list
-constexpr std::uint32_t shifting = 1u << 18;   // it rests, and moves without waking up
-constexpr std::uint32_t unclaimed = 1u << 20;  // it is new, and no queue has said anything about it yet
-// These last, too:
-constexpr std::uint32_t odd = 1u << 16;  // its box or displacement is no good, so it touches nothing
-constexpr std::uint32_t shut = 1u << 17; // enabled, but `disabled` after the last update, as its box was odd
-constexpr std::uint32_t shifted = 1u << 19; // it rests, and has moved there of late
+constexpr std::uint32_t shifting = 1u << 16;   // it rests, and moves without waking up
+constexpr std::uint32_t unclaimed = 1u << 17;  // it is new, and no queue has said anything about it yet
+// This lasts, too:
+constexpr std::uint32_t shifted = 1u << 18; // it rests, and has moved there of late
 constexpr std::uint32_t transient =
     written | refiltered | reach_kept | contested | asked | again | again_some | noted | shifting | unclaimed;
 } // namespace flag
@@ -100,10 +98,10 @@ class ObjectIn
     /// Whether it can have pairs after this update.
     [[nodiscard]] bool is_there() const noexcept
     {
-        return (state() & (flag::alive | flag::enabled | flag::odd)) == (flag::alive | flag::enabled);
+        return (state() & (flag::alive | flag::enabled)) == (flag::alive | flag::enabled);
     }
     /// Whether it was enabled after the last update.
-    [[nodiscard]] bool was_enabled() const noexcept { return place() != Place::disabled || has(flag::shut); }
+    [[nodiscard]] bool was_enabled() const noexcept { return place() != Place::disabled; }
     /// From now on `before` is what `now` is.
     void keep_box() const noexcept
     {
@@ -152,6 +150,7 @@ struct Reach
     T displacement[Dim];
     T margin;
 
+    /// Valid if the box is: where an infinite way leads from an infinite end to NaN, that end stays.
     [[nodiscard]] Aabb<Dim, T> bounds() const noexcept
     {
         Aabb<Dim, T> all = box;
@@ -160,16 +159,6 @@ struct Reach
             all.hi[d] = std::max(box.hi[d], box.hi[d] + displacement[d]) + margin;
         }
         return all;
-    }
-    /// Neither box nor way lead to numbers: there are no bounds.
-    [[nodiscard]] bool is_odd() const noexcept
-    {
-        bool good = true;
-        for (int d = 0; d < Dim; ++d) {
-            good &= box.lo[d] <= box.hi[d];
-            good &= box.lo[d] + displacement[d] <= box.hi[d] + displacement[d];
-        }
-        return !good;
     }
 };
 

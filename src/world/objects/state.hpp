@@ -50,7 +50,7 @@ struct State
           active(memory),
           parked(memory),
           shifted(memory),
-          resting({options.executor, memory, options.instruction_set, options.ignore_odd_boxes}),
+          resting({options.executor, memory, options.instruction_set}),
           refused(memory)
     {
     }
@@ -71,9 +71,9 @@ struct State
     Parked<Dim, T> parked;           // active ones that are about to rest
     // Resting ones that have moved in one of the last updates without waking up. `idle`: as above.
     std::pmr::vector<Active> shifted;
-    BoxIndex<Dim, T> resting;                     // the others that are there; ids are indices
-    KeySet refused;                               // pairs that touch and that `accept` is against
-    std::size_t alive = 0, disabled = 0, odd = 0; // odd: enabled, but their boxes are none
+    BoxIndex<Dim, T> resting; // the others that are there; ids are indices
+    KeySet refused;           // pairs that touch and that `accept` is against
+    std::size_t alive = 0, disabled = 0;
     /// What apply() has written to, which questions see; null: they see what the last update left.
     const Changes<Dim, T>* shown = nullptr;
 

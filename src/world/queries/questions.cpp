@@ -336,7 +336,7 @@ template <int Dim, Coordinate T>
 bool World<Dim, T>::Implementation::visit_joined(const BoxView<Dim, T>& boxes, JoinVisitor visitor,
                                                  const Filters& filters) const
 {
-    index::check_joined(boxes, state.options.ignore_odd_boxes);
+    index::check_joined(boxes);
     const AskingMany asking(*this, filters, boxes.size(), index::Visits::in_own_order);
     for (std::size_t i = 0; i < boxes.size(); ++i) {
         const auto visit_all = [&](const Asking& one, std::size_t, index::Wanted wanted) {

@@ -26,9 +26,8 @@ Record<Dim, T> shown_record(const State<Dim, T>& state, std::uint32_t end, std::
     record.generation = state.ids.generation(i);
     record.numbers = object.numbers();
     record.box = object.now();
-    record.state =
-        static_cast<std::uint32_t>(place) |
-        (object.state() & (flag::alive | flag::enabled | flag::is_static | flag::has_reach | flag::odd));
+    record.state = static_cast<std::uint32_t>(place) |
+                   (object.state() & (flag::alive | flag::enabled | flag::is_static | flag::has_reach));
     if (record.has(flag::has_reach)) record.reach = state.objects.reach(index);
     return record;
 }
@@ -98,12 +97,11 @@ class Follow
             work_.come.push_back(i);
             work_.come_boxes.push_back(now.box);
         }
-        Census census{state_.alive, state_.disabled, state_.odd, 0};
+        Census census{state_.alive, state_.disabled, 0};
         census.remove(then);
         census.add(now);
         state_.alive = census.alive;
         state_.disabled = census.disabled;
-        state_.odd = census.odd;
         put_record(state_, Index{i}, now);
         state_.ids.set(i, now.generation);
     }
@@ -144,7 +142,7 @@ void empty_view(typename World<Dim, T>::Implementation& view) noexcept
     state.active.clear();
     state.refused.clear();
     state.resting.clear();
-    state.alive = state.disabled = state.odd = 0;
+    state.alive = state.disabled = 0;
     view.active_index.forget();
     view.change_log.drop();
     view.follows->position = {};

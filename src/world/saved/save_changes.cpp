@@ -208,7 +208,7 @@ void Return<Dim, T>::read_objects()
     }
     // Who is neither among them nor differs from the base now stays as it is.
     list_suspects<Dim, T>(me_, work_.indices);
-    census_ = {state_.alive, state_.disabled, state_.odd, state_.resting.size()};
+    census_ = {state_.alive, state_.disabled, state_.resting.size()};
     auto& targets = work_.targets;
     targets.clear();
     Past<Dim, T> past(state_, me_.applied);
@@ -444,7 +444,6 @@ void Return<Dim, T>::commit() noexcept
                        [&](std::uint32_t index) { return state_.was_there(index); });
     state_.alive = census_.alive;
     state_.disabled = census_.disabled;
-    state_.odd = census_.odd;
     state_.parked.clear();
     put_active(state_, work_.active, work_.parked, work_.shifted);
     for (const auto& [key, is_refused] : work_.refused) {

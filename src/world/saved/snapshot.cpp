@@ -41,7 +41,6 @@ std::vector<std::uint32_t> read_objects(SnapshotReader& in, State<Dim, T>& state
     }
     state.alive = census.alive;
     state.disabled = census.disabled;
-    state.odd = census.odd;
     BoxIndexAccess::rebuild(state.resting, resting, resting_boxes);
     return generations;
 }
@@ -69,7 +68,7 @@ void read_lists(SnapshotReader& in, State<Dim, T>& state, std::size_t end, std::
         return index < end ? state.objects[Index{index}].place() : Place::none;
     };
     read_active(in, version == whole_snapshot.version, place_of,
-                state.alive - state.disabled - state.odd - state.resting.size(), active, parked, shifted);
+                state.alive - state.disabled - state.resting.size(), active, parked, shifted);
     put_active(state, active, parked, shifted);
 }
 
@@ -113,7 +112,7 @@ std::vector<std::byte> World<Dim, T>::Implementation::save(const world::IdTable:
     if constexpr (sizeof(T) == 4) out.put(std::uint32_t{0});
     out.put(std::uint64_t{0}); // reserved
     out.put(std::uint64_t{ids.generations.size()});
-    bool any_more = pair_slots.has_value(), any_odd = false;
+    bool any_more = pair_slots.has_value();
     world::Past<Dim, T> past(state, applied);
     for (std::uint32_t i = 0; i < ids.generations.size(); ++i) {
         world::Record<Dim, T> record;
@@ -122,7 +121,6 @@ std::vector<std::byte> World<Dim, T>::Implementation::save(const world::IdTable:
             record.generation = ids.generations[i];
             record.data = user_data.of(i);
             any_more |= record.data != 0;
-            any_odd |= record.has(world::flag::odd);
         }
         world::write_record(out, record);
     }
@@ -140,10 +138,8 @@ std::vector<std::byte> World<Dim, T>::Implementation::save(const world::IdTable:
     for (const world::Key key : refused)
         out.put(key);
     const bool any_shifted = !state.shifted.empty();
-    if (any_more || any_odd || any_shifted) {
-        out.bytes[8] = static_cast<std::byte>(any_shifted ? world::whole_snapshot.version
-                                              : any_odd   ? 3u
-                                                          : 2u);
+    if (any_more || any_shifted) {
+        out.bytes[8] = static_cast<std::byte>(any_shifted ? world::whole_snapshot.version : 2u);
         out.put(std::uint32_t{pair_slots ? 1u : 0u});
         out.put(std::uint64_t{pair_slots ? pair_slots->end() : 0u});
         if (pair_slots)

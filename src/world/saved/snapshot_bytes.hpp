@@ -32,8 +32,8 @@ struct SnapshotKind
     const char* name;
     std::uint32_t version;
 };
-// 4 where objects that rest have moved of late, 3 where there are odd boxes, 2 where there are user data or
-// slots, else 1.
+// 4 where objects that rest have moved of late, 2 where there are user data or
+// slots, else 1. (3 was where there were boxes of NaN, which 0.2 could ignore.)
 constexpr SnapshotKind whole_snapshot = {{'j', 'o', 's', 't', 'l', 'e', 'w', 'd'}, "snapshot", 4};
 // 2 where objects that rest have moved of late, else 1.
 constexpr SnapshotKind changes_since = {{'j', 'o', 's', 't', 'l', 'e', 'c', 'h'}, "changes", 2};
@@ -137,7 +137,6 @@ class SnapshotReader
         demand(count <= (bytes_.size() - at_) / size, "a list is longer than what is left");
         return count;
     }
-    /// One that may be odd.
     template <int Dim, class T>
     Aabb<Dim, T> get_box()
     {
@@ -202,8 +201,7 @@ constexpr std::uint32_t place = 3; // the two bits of `Place`
 constexpr std::uint32_t alive = 1u << 2, enabled = 1u << 3, is_static = 1u << 4;
 constexpr std::uint32_t has_reach = 1u << 5; // box, displacement and margin follow
 constexpr std::uint32_t has_data = 1u << 7;  // user data follow; from version 2 on
-constexpr std::uint32_t odd = 1u << 16;      // from version 3 on
-constexpr std::uint32_t all = place | alive | enabled | is_static | has_reach | odd; // but for has_data
+constexpr std::uint32_t all = place | alive | enabled | is_static | has_reach; // but for has_data
 
 struct Meaning
 {
@@ -212,8 +210,7 @@ struct Meaning
 constexpr Meaning meanings[] = {{alive, flag::alive},
                                 {enabled, flag::enabled},
                                 {is_static, flag::is_static},
-                                {has_reach, flag::has_reach},
-                                {odd, flag::odd}};
+                                {has_reach, flag::has_reach}};
 } // namespace saved
 static_assert(0 == static_cast<int>(Place::none) && 1 == static_cast<int>(Place::disabled) &&
                   2 == static_cast<int>(Place::active) && 3 == static_cast<int>(Place::resting),
@@ -287,24 +284,23 @@ Record<Dim, T> read_record(SnapshotReader& in, std::uint32_t version)
         record.data = in.get<std::uint64_t>();
         bits &= ~saved::has_data;
     }
-    const bool is_odd = record.has(flag::odd);
-    const bool is_there =
-        (record.state & (flag::alive | flag::enabled | flag::odd)) == (flag::alive | flag::enabled);
     in.demand((bits & ~saved::all) == 0 && record.has(flag::alive) && record.place() != Place::none &&
-                  is_there == (record.place() != Place::disabled) && (version > 2 || !is_odd),
+                  record.has(flag::enabled) == (record.place() != Place::disabled),
               "the state of an object is impossible");
     record.numbers.category = in.get<std::uint32_t>();
     record.numbers.mask = in.get<std::uint32_t>();
     record.numbers.owner = in.get<std::uint32_t>();
     record.box = in.template get_box<Dim, T>();
-    in.demand(valid(record.box) != is_odd, "a box is NaN or inverted, or is only said to be");
+    in.demand(valid(record.box), "a box is NaN or inverted");
     if (!record.has(flag::has_reach)) return record;
     Reach<Dim, T>& reach = record.reach;
     reach.box = in.template get_box<Dim, T>();
-    for (T& by : reach.displacement)
+    for (T& by : reach.displacement) {
         by = in.get<T>();
+        in.demand(!(by != by), "a displacement is NaN");
+    }
     reach.margin = read_margin<T>(in);
-    in.demand(reach.is_odd() == is_odd && (is_odd || same(reach.bounds(), record.box)),
+    in.demand(valid(reach.box) && same(reach.bounds(), record.box),
               "the bounds of an object don't follow from its box");
     return record;
 }

@@ -95,7 +95,6 @@ void Writer<Dim, T>::add(const Addition<Dim, T>& addition)
                      (object.state() & flag::transient) | flag::written);
     object.set(flag::enabled, addition.options.enabled);
     object.now() = object.before() = addition.box;
-    object.set(flag::odd, !valid(addition.box));
     object.set_filter(addition.options.filter);
     if (const T margin = state_.margin + addition.options.margin; margin != 0) set_margin(index, margin);
 }
@@ -170,7 +169,6 @@ void Writer<Dim, T>::set_box(Index index, const Box& box)
     const Object object = state_.objects[index];
     if (!object.has(flag::has_reach)) {
         object.now() = box;
-        if (valid(box) == object.has(flag::odd)) object.set(flag::odd, !valid(box));
         return;
     }
     Reach<Dim, T>& reach = reach_of(index);
@@ -184,18 +182,13 @@ void Writer<Dim, T>::set_box(Index index, const Box& box)
 template <int Dim, class T>
 void Writer<Dim, T>::set_bounds(Index index)
 {
-    const Object object = state_.objects[index];
-    const Reach<Dim, T>& reach = state_.objects.reach(index);
-    const bool is_odd = reach.is_odd();
-    object.set(flag::odd, is_odd);
-    object.now() = is_odd ? nowhere_box<Dim, T>() : reach.bounds();
+    state_.objects[index].now() = state_.objects.reach(index).bounds();
 }
 
 template <int Dim, class T>
 void Writer<Dim, T>::resize(Index index, const Box& size)
 {
     const Object object = state_.objects[index];
-    if (object.has(flag::odd)) return; // it has no centre
     Box box = state_.objects.box(index);
     for (int d = 0; d < Dim; ++d) {
         const T lo = box.lo[d], hi = box.hi[d], length = hi - lo, half = size.lo[d] / 2;
@@ -309,7 +302,7 @@ void move_one_by_one(const State<Dim, T>& state, const Moves<Dim, T>& moves, Wri
             state.objects.prefetch(Index{moves.ids[i + fetch_ahead].index});
         state.ids.check(id);
         const Aabb<Dim, T> box = moves.boxes[i];
-        check_box(state, box, id);
+        check_box(box, id);
         writer.move(id, box);
     }
 }
@@ -326,8 +319,7 @@ bool are_plain(const State<Dim, T>& state, const Moves<Dim, T>& moves)
             if (i + fetch_ahead < moves.ids.size())
                 state.objects.prefetch(Index{moves.ids[i + fetch_ahead].index});
             all &= state.ids.is_good(id) && (i == 0 || moves.ids[i - 1].index < id.index) &&
-                   (state.objects[Index{id.index}].state() & (flag::alive | flag::has_reach | flag::odd)) ==
-                       flag::alive;
+                   (state.objects[Index{id.index}].state() & (flag::alive | flag::has_reach)) == flag::alive;
         }
         if (!all) plain.store(false, std::memory_order_relaxed);
     };
@@ -354,12 +346,10 @@ void move_in_place(State<Dim, T>& state, const Moves<Dim, T>& moves, Changes<Dim
                 state.objects.prefetch(Index{moves.ids[i + fetch_ahead].index});
             const auto object = state.objects[index];
             const Aabb<Dim, T> box = moves.boxes[i];
-            const bool is_good = valid(box);
-            all &= is_good;
+            all &= valid(box);
             if (same(object.now(), box)) continue;
             object.before() = box;
             object.exchange_boxes();
-            if (!is_good) object.set(flag::odd);
             *to++ = index;
         }
         if (!all) good.store(false, std::memory_order_relaxed);
@@ -375,7 +365,7 @@ void move_in_place(State<Dim, T>& state, const Moves<Dim, T>& moves, Changes<Dim
     changed.resize(kept);
     if (good) return;
     for (std::size_t i = 0; i < moves.ids.size(); ++i)
-        check_box(state, moves.boxes[i], moves.ids[i]);
+        check_box(moves.boxes[i], moves.ids[i]);
 }
 
 } // namespace

@@ -63,7 +63,6 @@ void Changes<Dim, T>::reset(Index index) noexcept
 {
     const auto object = state_->objects[index];
     object.now() = object.before();
-    object.set(flag::odd, !valid(object.now()));
     object.set(flag::enabled, object.was_enabled());
     object.set(flag::alive, object.place() != Place::none);
     if (object.has(flag::refiltered)) object.set_filter(find(old_filters_, sorted_filters_, index)->filter);
@@ -141,7 +140,6 @@ void Changes<Dim, T>::undo() noexcept
         }
         object.now() = object.before();
         object.set(flag::alive);
-        object.set(flag::odd, !valid(object.now()));
         object.set(flag::enabled, object.was_enabled());
     }
     for (const OldFilter& old : old_filters_)

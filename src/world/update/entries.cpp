@@ -76,8 +76,8 @@ bool enter_all(Entries<Dim, T>& entries, const State<Dim, T>& state, std::span<c
         for (std::uint64_t i = begin; i < end; ++i) {
             const Index index = changed[i];
             if (i + fetch_ahead < changed.size()) state.objects[changed[i + fetch_ahead]].prefetch_boxes();
-            all &= (state.objects[index].state() &
-                    (usual | flag::place | flag::refiltered | flag::parked | flag::odd)) == usual;
+            all &= (state.objects[index].state() & (usual | flag::place | flag::refiltered | flag::parked)) ==
+                   usual;
             set(entries, Entry{static_cast<std::uint32_t>(i)}, state, index);
         }
         if (!all) only_moves.store(false, std::memory_order_relaxed);

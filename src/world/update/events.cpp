@@ -34,7 +34,6 @@ template <int Dim, class T>
     const auto a = state.objects[Index{pair.a}], b = state.objects[Index{pair.b}];
     if (!a.has(flag::alive) || !b.has(flag::alive)) return EndReason::removed;
     if (!a.has(flag::enabled) || !b.has(flag::enabled)) return EndReason::disabled;
-    if (a.has(flag::odd) || b.has(flag::odd)) return EndReason::moved_apart;
     // With filters as they were, they would be found if they touched.
     if (!a.has(flag::refiltered) && !b.has(flag::refiltered)) return EndReason::moved_apart;
     return overlaps_branchless(a.now(), b.now()) ? EndReason::filtered : EndReason::moved_apart;

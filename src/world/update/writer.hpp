@@ -100,11 +100,10 @@ template <int Dim, class T>
 void apply_ahead(State<Dim, T>& state, Queues<Dim, T>& queues, Applied<Dim, T>& applied,
                  std::pmr::vector<Noted>& noted, Arena& arena);
 
-/// Throws unless the box is one, or the world takes odd boxes.
 template <int Dim, class T>
-void check_box(const State<Dim, T>& state, const Aabb<Dim, T>& box, ObjectId id)
+void check_box(const Aabb<Dim, T>& box, ObjectId id)
 {
-    if (!state.options.ignore_odd_boxes) jostle::check_box(box, id.index, "of object ");
+    jostle::check_box(box, id.index, "of object ");
 }
 
 } // namespace world

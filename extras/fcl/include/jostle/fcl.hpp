@@ -474,6 +474,21 @@ class Manager : public ::fcl::BroadPhaseCollisionManager<S>
 
     // --- Pairs ---
 
+    /// Boxes that aren't odd, which a search takes, and their places.
+    struct Good
+    {
+        explicit Good(const std::vector<Box>& all)
+        {
+            for (std::uint32_t place = 0; place < all.size(); ++place)
+                if (!is_odd(all[place])) {
+                    places.push_back(place);
+                    boxes.push_back(all[place]);
+                }
+        }
+        std::vector<std::uint32_t> places;
+        std::vector<Box> boxes;
+    };
+
     /// The finder, or another one if this thread or another is at it already.
     class Lease
     {
@@ -504,15 +519,9 @@ class Manager : public ::fcl::BroadPhaseCollisionManager<S>
                 for (const auto& block : finder().find(box_view(manager_.boxes_)).blocks())
                     pairs.insert(pairs.end(), block.begin(), block.end());
             } else {
-                std::vector<std::uint32_t> places;
-                std::vector<Box> boxes;
-                for (std::uint32_t place = 0; place < manager_.boxes_.size(); ++place)
-                    if (!is_odd(manager_.boxes_[place])) {
-                        places.push_back(place);
-                        boxes.push_back(manager_.boxes_[place]);
-                    }
-                for (const Pair pair : finder().find(box_view(boxes)))
-                    pairs.push_back({places[pair.a], places[pair.b]});
+                const Good good(manager_.boxes_);
+                for (const Pair pair : finder().find(box_view(good.boxes)))
+                    pairs.push_back({good.places[pair.a], good.places[pair.b]});
             }
             if (shared_) manager_.pairs_known_ = true;
             return pairs;
@@ -646,7 +655,8 @@ class Manager : public ::fcl::BroadPhaseCollisionManager<S>
     bool pairs_within(const Manager& other, S reach, std::vector<Near>& near) const
     {
         const std::size_t most = 4096 + 16 * (boxes_.size() + other.boxes_.size());
-        std::vector<Box> bigger = boxes_;
+        Good mine(boxes_);
+        const Good theirs(other.boxes_);
         const bool within = &other == this;
         // What gap() says may be less than the truth, but not than the rounded difference of the bounds on an
         // axis, if the square of that is a normal number. So where it says no more than `reach`, the true
@@ -654,23 +664,23 @@ class Manager : public ::fcl::BroadPhaseCollisionManager<S>
         constexpr S infinity = std::numeric_limits<S>::infinity();
         const S all = std::nextafter(reach, infinity) + 2 * std::sqrt(std::numeric_limits<S>::min());
         const S by = within ? all / 2 : all;
-        for (Box& box : bigger) {
-            if (is_odd(box)) continue;    // or it might be so no longer
+        for (Box& box : mine.boxes)
             for (int d = 0; d < 3; ++d) { // rounded outwards
                 box.lo[d] = std::nextafter(box.lo[d] - by, -infinity);
                 box.hi[d] = std::nextafter(box.hi[d] + by, infinity);
             }
-        }
         const auto sink = [&](const PairChunk& chunk) {
-            for (const Pair pair : chunk.pairs)
-                if (const S distance = gap(boxes_[pair.a], other.boxes_[pair.b]); distance <= reach)
-                    near.push_back({distance, pair.a, pair.b});
+            for (const Pair pair : chunk.pairs) {
+                const std::uint32_t a = mine.places[pair.a], b = theirs.places[pair.b];
+                if (const S distance = gap(boxes_[a], other.boxes_[b]); distance <= reach)
+                    near.push_back({distance, a, b});
+            }
             return near.size() <= most;
         };
         // On this thread, so that it can stop at once.
-        PairFinder finder(FinderOptions{.executor = &serial_executor(), .ignore_odd_boxes = true});
-        return within ? finder.stream(box_view(bigger), sink)
-                      : finder.stream(box_view(bigger), box_view(other.boxes_), sink);
+        PairFinder finder(FinderOptions{.executor = &serial_executor()});
+        return within ? finder.stream(box_view(mine.boxes), sink)
+                      : finder.stream(box_view(mine.boxes), box_view(theirs.boxes), sink);
     }
 
     Executor* executor_;

@@ -7,9 +7,9 @@
 
 #include "jostle/box.hpp"
 
-/// Makes a valid box an odd one, NaN or inverted, in one of the ways that hosts do.
+/// Makes a valid box a bad one, NaN or inverted, in one of the ways that hosts do.
 template <int Dim, jostle::Coordinate T>
-void make_odd(jostle::Aabb<Dim, T>& box, std::uint64_t random)
+void make_bad(jostle::Aabb<Dim, T>& box, std::uint64_t random)
 {
     const int d = static_cast<int>(random % Dim);
     constexpr T nan = std::numeric_limits<T>::quiet_NaN(), most = std::numeric_limits<T>::max();
