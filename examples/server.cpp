@@ -68,7 +68,7 @@ int main(int argc, char** argv)
         things.push_back(around(place(), {0.5f, 0.5f, 1}));
 
     // Players meet players, zones and props; zones and props rest, and meet players only.
-    jostle::World3f world;
+    jostle::World3f world({.layers = {{.mask = player}}}); // who sees whom is asked about players alone
     std::vector<jostle::ObjectId> ids(players), zone_ids(zones), prop_ids(props);
     world.add(bodies, ids, {.filter = {.category = player}}); // indices 0, 1, ...: the players' numbers
     world.add(rooms, zone_ids, {.filter = {.category = zone, .mask = player, .is_static = true}});

@@ -157,7 +157,7 @@ struct Match
 Parts run_server(const BenchOptions& options, jostle::Executor& executor)
 {
     Match match(options.scale, options.seed);
-    jostle::World3f world({.executor = &executor});
+    jostle::World3f world({.executor = &executor, .layers = {{.mask = player}}});
     std::vector<jostle::ObjectId> ids(match.bodies.size()), zone_ids(match.zones.size()),
         prop_ids(match.props.size());
     world.add(match.bodies, ids, {.filter = {.category = player}});

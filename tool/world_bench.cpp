@@ -210,7 +210,10 @@ class Ours final : public WorldSystem
   public:
     /// `kinds`: one box in so many is of a category of its own, category 2.
     explicit Ours(jostle::Executor& executor, std::size_t kinds = 0)
-        : world_({.executor = &executor}), kinds_(kinds)
+        : world_({.executor = &executor,
+                  .layers = kinds == 0 ? std::vector<jostle::QueryLayer>{}
+                                       : std::vector<jostle::QueryLayer>{{.mask = 2}}}),
+          kinds_(kinds)
     {
     }
     void start(std::span<const Aabb3f> boxes) override

@@ -504,6 +504,11 @@ export interface WorldOptions {
   margin?: number;
   /** Gives each pair that touches a small number of its own. */
   pairSlots?: boolean;
+  /**
+   * Categories and masks that queries have, at most 8: each gets indexes of the objects that count alone. For
+   * queries about few of many objects.
+   */
+  layers?: { category?: number; mask?: number }[];
   /** Asked once for each pair that would begin. */
   accept?: (a: bigint, b: bigint) => boolean;
 }

@@ -725,6 +725,13 @@ typedef struct jostle_object_filter
 /// 1: the pair may begin. 0: not. Called in update() on its thread, in ascending order of the pairs.
 typedef int32_t (*jostle_accept_object_pair_function)(void* context, jostle_id a, jostle_id b);
 
+/// A category and mask that queries have: jostle::QueryLayer.
+typedef struct jostle_query_layer
+{
+    uint32_t category;
+    uint32_t mask;
+} jostle_query_layer;
+
 /// jostle::WorldOptions. `context` and what accept needs must outlive the world.
 typedef struct jostle_world_options
 {
@@ -733,7 +740,9 @@ typedef struct jostle_world_options
     double margin;
     jostle_accept_object_pair_function accept; ///< may be NULL
     void* context;
-    int32_t pair_slots; ///< 1: each pair that touches has a number of its own
+    int32_t pair_slots;               ///< 1: each pair that touches has a number of its own
+    const jostle_query_layer* layers; ///< queries with one of these have indexes of their own; may be NULL
+    uint64_t layer_count;             ///< at most 8
 } jostle_world_options;
 
 /// What new objects are like: jostle::ObjectOptions.

@@ -91,6 +91,13 @@ struct ObjectQueryFilter
     StoredFunctionRef<bool(std::uint32_t question, ObjectId id)> accept = {};
 };
 
+/// A category and mask that queries have, as in ObjectQueryFilter.
+struct QueryLayer
+{
+    std::uint32_t category = ~std::uint32_t{0};
+    std::uint32_t mask = ~std::uint32_t{0};
+};
+
 struct WorldOptions
 {
     /// Null means default_executor(). It must outlive the world.
@@ -104,6 +111,11 @@ struct WorldOptions
     /// Each pair that touches has a number of its own: see World::began_slots. Costs up to 45 bytes a pair,
     /// and some 80 ns for one that begins or ends, one thread doing it.
     bool pair_slots = false;
+    /// For queries about a few of many objects, such as players among props: queries with one of these
+    /// categories and masks go by indexes of the objects that count alone. Up to 8. Each costs such an index's
+    /// memory and, in the first query after an update, a look at what is active and what has come to rest or
+    /// woken up. No answer depends on it. `visit` of a region doesn't use them.
+    std::vector<QueryLayer> layers = {};
     /// Asked once about each pair that would begin, and again about the pairs of an object whose filter is
     /// set; its answer holds until the pair ends. It is called inside update(), on its thread, in ascending
     /// order of the pairs. It may queue commands and read the world, not update or restore it. What it throws

@@ -2,15 +2,17 @@
 #pragma once
 
 #include <atomic>
+#include <memory>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "base/in_use.hpp"
 #include "index/queries/check.hpp"
 #include "jostle/world.hpp"
 #include "world/kept/change_log.hpp"
 #include "world/kept/journal.hpp"
-#include "world/kept/masked_indexes.hpp"
+#include "world/kept/layer.hpp"
 #include "world/kept/on_demand.hpp"
 #include "world/kept/pair_slots.hpp"
 #include "world/objects/pair_lists.hpp"
@@ -105,40 +107,6 @@ template <int Dim, class T>
 template <int Dim, class T>
 [[nodiscard]] PairBuffer all_pairs(const State<Dim, T>& state);
 
-/// What questions see and the index of resting objects doesn't have: the active objects and those that
-/// apply() has written to, indexed when the first question after an update or apply() is asked.
-template <int Dim, class T>
-class ActiveIndex
-{
-  public:
-    explicit ActiveIndex(const IndexOptions& options)
-        : index_(options),
-          moved_(options.memory),
-          gone_(options.memory),
-          come_(options.memory),
-          boxes_(options.memory)
-    {
-    }
-    /// Null if there are none.
-    BoxIndex<Dim, T>* of(const State<Dim, T>& state);
-    /// These may lie elsewhere: after an update or apply(), or because it is taken back.
-    void note(std::span<const Index> changed, std::span<const std::uint32_t> settling) noexcept;
-    /// All may lie elsewhere.
-    void forget() noexcept;
-
-  private:
-    void follow(const State<Dim, T>& state);
-    void follow_moved(const State<Dim, T>& state);
-    void follow_all(const State<Dim, T>& state);
-
-    OnDemand up_to_date_;
-    BoxIndex<Dim, T> index_;
-    bool knows_moved_ = false;                    // else it has to look at all
-    std::pmr::vector<std::uint32_t> moved_;       // objects that changed or came to rest since it was fresh
-    std::pmr::vector<std::uint32_t> gone_, come_; // working memory
-    std::pmr::vector<Aabb<Dim, T>> boxes_;
-};
-
 /// How far a view has followed, and memory to work in.
 template <int Dim, class T>
 struct Following
@@ -187,6 +155,9 @@ struct World<Dim, T>::Implementation
     void check_own() const;
     /// What questions see of these may be different: after an update or apply(), or because it is taken back.
     void note(std::span<const world::Index> changed, std::span<const std::uint32_t> settling) noexcept;
+    /// What rests has changed as well: after an update.
+    void note_resting(std::span<const std::uint32_t> rested,
+                      std::span<const std::uint32_t> settling) noexcept;
     /// In update.cpp: an update, stage by stage; and what can be done ahead of one, for questions.
     void update(const world::Moves<Dim, T>& moves);
     void begin_changes();
@@ -232,7 +203,7 @@ struct World<Dim, T>::Implementation
     mutable world::ListedPairs began_pairs, changed_pairs;
     mutable world::ChangedSlots changed_slots;
     mutable world::ActiveIndex<Dim, T> active_index;
-    mutable world::MaskedIndexes<Dim, T> masked_indexes;
+    std::vector<std::unique_ptr<world::Layer<Dim, T>>> layers; // what the options declare
 };
 
 JOSTLE_NAMESPACE_END

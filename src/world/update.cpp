@@ -247,7 +247,7 @@ void World<Dim, T>::Implementation::commit(const world::Entries<Dim, T>& entries
         change_log.note(std::span(&old.index, 1), state.alive);
     if (!changes.objects().empty() || !rest.settling.empty()) {
         note(changes.objects(), rest.settling);
-        masked_indexes.note(entries.rested, rest.settling);
+        note_resting(entries.rested, rest.settling);
     }
     began_pairs.forget();
     changed_pairs.forget();
@@ -291,8 +291,18 @@ void World<Dim, T>::Implementation::note(std::span<const world::Index> changed,
                                          std::span<const std::uint32_t> settling) noexcept
 {
     active_index.note(changed, settling);
+    for (const auto& layer : layers)
+        layer->active.note(changed, settling);
     change_log.note(changed, state.alive);
     change_log.note(settling, state.alive);
+}
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::note_resting(std::span<const std::uint32_t> rested,
+                                                 std::span<const std::uint32_t> settling) noexcept
+{
+    for (const auto& layer : layers)
+        layer->note_resting(rested, settling, state.resting.size());
 }
 
 template <int Dim, Coordinate T>
@@ -344,6 +354,8 @@ void World<Dim, T>::Implementation::recall_if_due()
     template void World<Dim, T>::Implementation::apply_ahead();                                              \
     template void World<Dim, T>::Implementation::note(std::span<const world::Index>,                         \
                                                       std::span<const std::uint32_t>) noexcept;              \
+    template void World<Dim, T>::Implementation::note_resting(std::span<const std::uint32_t>,                \
+                                                              std::span<const std::uint32_t>) noexcept;      \
     template void World<Dim, T>::Implementation::take_back() noexcept;                                       \
     template void World<Dim, T>::Implementation::recall_pairs();                                             \
     template void World<Dim, T>::Implementation::recall_if_due();

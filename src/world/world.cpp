@@ -32,9 +32,11 @@ World<Dim, T>::Implementation::Implementation(const WorldOptions& options)
       began_pairs(&memory),
       changed_pairs(&memory),
       changed_slots(&memory),
-      active_index({options.executor, &memory, options.instruction_set}),
-      masked_indexes({options.executor, &memory, options.instruction_set})
+      active_index({options.executor, &memory, options.instruction_set})
 {
+    for (const QueryLayer& layer : options.layers)
+        layers.push_back(std::make_unique<world::Layer<Dim, T>>(
+            layer, IndexOptions{options.executor, &memory, options.instruction_set}));
     BoxIndexAccess::tree(state.resting).expect_to_come_back();
     if (options.pair_slots) pair_slots.emplace(&memory);
 }
@@ -84,6 +86,21 @@ void check_own_margin(T margin, T of_world, const char* whose, std::uint64_t ind
     throw Error(ErrorCode::invalid_argument, message.str(), index);
 }
 
+void check_layers(std::span<const QueryLayer> layers)
+{
+    constexpr std::size_t most = 8;
+    if (layers.size() > most)
+        throw Error(ErrorCode::invalid_argument, std::to_string(layers.size()) +
+                                                     " layers; each has indexes to keep, give at most " +
+                                                     std::to_string(most));
+    for (std::size_t k = 0; k < layers.size(); ++k)
+        if (layers[k].category == ~0u && layers[k].mask == ~0u)
+            throw Error(ErrorCode::invalid_argument,
+                        "layer " + std::to_string(k) +
+                            " has all bits in category and mask, as queries about all objects have; drop it",
+                        k);
+}
+
 /// Throws unless there is an id for each box, and the boxes can be read.
 template <int Dim, class T>
 void check_view(std::size_t ids, const BoxView<Dim, T>& boxes)
@@ -100,6 +117,7 @@ World<Dim, T>::World(const WorldOptions& options)
 {
     check_memory(options.memory);
     world::check_margin<T>(options.margin, " of the world", Error::no_index);
+    world::check_layers(options.layers);
     implementation_ = std::make_unique<Implementation>(options);
 }
 template <int Dim, Coordinate T>

@@ -921,6 +921,45 @@ static void test_index_and_world(jostle_space space)
         CHECK(data[0] == 1234567890123 && data[1] == 7);
         OK(jostle_world_free(slotted, &error));
     }
+    /* Layers change no answer. */
+    {
+        jostle_world* layered;
+        jostle_world_options with;
+        jostle_query_layer layers[9];
+        jostle_query_filter by_layer;
+        jostle_asker asker;
+        uint64_t found[2];
+        const double everywhere[6] = {-1e9, -1e9, dim == 2 ? 1e9 : -1e9, 1e9, 1e9, 1e9};
+        const float everywhere_f[6] = {-1e9f, -1e9f, dim == 2 ? 1e9f : -1e9f, 1e9f, 1e9f, 1e9f};
+        memset(&with, 0, sizeof with);
+        with.struct_size = sizeof with;
+        for (i = 0; i < 9; ++i) {
+            layers[i].category = UINT32_MAX;
+            layers[i].mask = 1;
+        }
+        with.layer_count = 1;
+        FAILS(jostle_world_new(space, &with, &layered, &error), JOSTLE_INVALID_ARGUMENT, "layers is NULL");
+        with.layers = layers;
+        with.layer_count = 9;
+        FAILS(jostle_world_new(space, &with, &layered, &error), JOSTLE_INVALID_ARGUMENT, "9 layers");
+        with.layer_count = 1;
+        OK(jostle_world_new(space, &with, &layered, &error));
+        OK(jostle_world_add(layered, &boxes, NULL, some, &error));
+        OK(jostle_world_update(layered, &error));
+        memset(&asker, 0, sizeof asker);
+        asker.category = UINT32_MAX;
+        asker.mask = 1;
+        asker.owner = UINT32_MAX;
+        memset(&by_layer, 0, sizeof by_layer);
+        by_layer.struct_size = sizeof by_layer;
+        by_layer.asker = &asker;
+        OK(jostle_world_count(layered, JOSTLE_BOX,
+                              number_size(space) == 4 ? (const void*)everywhere_f : (const void*)everywhere,
+                              1, &by_layer, found, &error));
+        CHECK(found[0] == boxes_made);
+        OK(jostle_world_free(layered, &error));
+    }
+
     /* Joins are pairs between two sets. */
     OK(jostle_find_pairs_brute_force(space, &boxes, &boxes, NULL, expected, &error));
     OK(jostle_results_blocks(expected, &right, &error));

@@ -171,10 +171,10 @@ TEST(Changes, CostWhatChangedNotWhatRests)
     }
 }
 
-// What masked questions remember follows a world that goes back.
+// What a layer remembers follows a world that goes back.
 TEST(Changes, QuestionsWithAMaskSeeWhereTheWorldWent)
 {
-    jostle::World3f world;
+    jostle::World3f world({.layers = {{.mask = 2}}});
     std::vector<ObjectId> ids(6000);
     for (std::size_t i = 0; i < ids.size(); ++i) {
         jostle::ObjectOptions<float> options;
@@ -190,10 +190,7 @@ TEST(Changes, QuestionsWithAMaskSeeWhereTheWorldWent)
     const auto count = [&] {
         jostle::ObjectQueryFilter filter;
         filter.mask = 2;
-        std::uint64_t sum = 0;
-        for (int k = 0; k < 200; ++k)
-            sum += world.count(jostle::Aabb3f{{0, 0, 0}, {50, 50, 1}}, filter);
-        return sum;
+        return world.count(jostle::Aabb3f{{0, 0, 0}, {50, 50, 1}}, filter);
     };
     const std::uint64_t before = count();
     for (std::size_t i = 0; i < 160; i += 8)

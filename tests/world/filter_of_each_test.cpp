@@ -218,7 +218,7 @@ TEST(FilterOfEach, TasksOfABatchRunNoOthers)
 {
     constexpr std::uint32_t many = 12'000, asked = 900;
     Unnested executor;
-    World3f world({.executor = &executor});
+    World3f world({.executor = &executor, .layers = {{.mask = 1}, {.mask = 2}, {.mask = 1u << 19}}});
     std::vector<Aabb3f> boxes;
     std::vector<ObjectId> ids;
     for (std::uint32_t i = 0; i < many; ++i) {

@@ -136,7 +136,7 @@ TEST(Follow, AViewAnswersAsTheWorldDid)
 // only the box behind their bounds, and are removed.
 TEST(Follow, OfManyThatRestOnlyTheChangedAreLookedAt)
 {
-    jostle::World3f world, view;
+    jostle::World3f world, view({.layers = {{.mask = 2}}});
     std::vector<ObjectId> ids(6000);
     for (std::size_t i = 0; i < ids.size(); ++i)
         ids[i] = world.add(cube_at(static_cast<float>(i % 80) * 1.5f, static_cast<float>(i / 80) * 1.5f),
@@ -148,10 +148,7 @@ TEST(Follow, OfManyThatRestOnlyTheChangedAreLookedAt)
     const auto count = [](const jostle::World3f& of) {
         jostle::ObjectQueryFilter filter;
         filter.mask = 2;
-        std::uint64_t sum = 0;
-        for (int k = 0; k < 150; ++k)
-            sum += of.count(jostle::Aabb3f{{0, 0, 0}, {50, 50, 1}}, filter);
-        return sum;
+        return of.count(jostle::Aabb3f{{0, 0, 0}, {50, 50, 1}}, filter);
     };
     Random random(7);
     for (int update = 0; update < 60; ++update) {

@@ -39,13 +39,15 @@ TEST(Questions, AgreeWithAWalkOverAllObjects)
     ask<3, double>(4, 8, 200);
 }
 
-/// Many objects at rest, of which each mask leaves few, so that those get an index of their own.
+/// Many objects at rest, of which each mask leaves few; most masks are layers.
 template <int Dim, class T>
 void ask_masked(std::uint64_t seed, double extent, jostle::Executor& executor)
 {
     constexpr std::size_t objects = 1500;
     constexpr std::uint32_t masks[][2] = {{~0u, 4}, {~0u, 2}, {4, ~0u}, {2, 6}, {~0u, 1}, {1, 4}};
-    Churn<Dim, T> churn(seed, extent, false, {.executor = &executor});
+    Churn<Dim, T> churn(
+        seed, extent, false,
+        {.executor = &executor, .layers = {{.mask = 4}, {.mask = 2}, {.category = 4}, {1, 4}}});
     churn.giants = false;
     for (std::size_t k = 0; k < 3 * objects; ++k)
         churn.operate(objects);
@@ -54,7 +56,7 @@ void ask_masked(std::uint64_t seed, double extent, jostle::Executor& executor)
     ASSERT_GT(churn.world->stats().resting, 1024u);
     std::uint64_t before = 0, with = 0, results = 0;
     for (int update = 0; update < 130; ++update) {
-        // One mask at a time, then all by turns, which are more than get an index; then nobody asks for long.
+        // One mask at a time, then all by turns; then nobody asks for long.
         const bool all = update >= 24;
         if (update < 48 || update >= 126)
             for (std::uint32_t m = 0; m < (all ? std::size(masks) : 1); ++m) {
@@ -74,7 +76,7 @@ void ask_masked(std::uint64_t seed, double extent, jostle::Executor& executor)
         if (update == 0) before = churn.world->stats().bytes_reserved;
         if (update == 47) with = churn.world->stats().bytes_reserved;
     }
-    EXPECT_GT(with, before) << "there were indices";
+    EXPECT_GT(with, before) << "there were indexes";
     EXPECT_GT(results, 2000u);
 }
 
@@ -88,7 +90,7 @@ TEST(Questions, AboutFewByTheirMasks)
 TEST(Questions, AboutFewOfManyThatMoveByTheirMasks)
 {
     constexpr std::size_t objects = 4500;
-    Churn<3, float> churn(11, 40, false);
+    Churn<3, float> churn(11, 40, false, {.layers = {{.mask = 4}, {.mask = 2}, {.category = 4}}});
     churn.giants = false;
     for (std::size_t k = 0; k < 3 * objects; ++k)
         churn.operate(objects);
@@ -116,7 +118,7 @@ TEST(Questions, AboutFewOfManyThatMoveByTheirMasks)
 // Of what moves a mask is about few, of what rests about most; and ahead of the update some lie elsewhere.
 TEST(Questions, AboutFewOfThoseThatMoveAndMostOfThoseThatRest)
 {
-    jostle::World3f world;
+    jostle::World3f world({.layers = {{.mask = 2}}});
     std::vector<ObjectId> ids;
     const auto kind = [](std::size_t i) { return (i < 2000 ? i % 4 == 0 : i % 3 != 0) ? 2u : 1u; };
     const auto cube_of = [](std::size_t i, float by) {
@@ -150,7 +152,7 @@ TEST(Questions, AboutFewOfThoseThatMoveAndMostOfThoseThatRest)
         world.update();
         if (update < 5) continue;
         ASSERT_GE(world.stats().active, 2000u);
-        bool agrees[3] = {}; // whoever of them makes the index
+        bool agrees[3] = {}; // whoever of them brings the layer up to date
         std::vector<std::thread> askers;
         for (bool& each : agrees)
             askers.emplace_back([&] { each = agree(); });
@@ -168,6 +170,7 @@ TEST(Questions, AboutFewByTheirMasksFromManyThreadsAndInsideAccept)
 {
     std::function<void()> in_accept = [] {};
     jostle::WorldOptions options;
+    options.layers = {{.mask = 2}};
     options.accept = [&](ObjectId, ObjectId) {
         in_accept();
         return true;
@@ -224,7 +227,7 @@ TEST(Questions, AboutFewByTheirMasksFromManyThreadsAndInsideAccept)
 /// All that is active has the category that is asked for, but some of it doesn't want the questions'.
 TEST(Questions, ByMasksHeedTheObjectsMasksToo)
 {
-    jostle::World3f world;
+    jostle::World3f world({.layers = {{.category = 4, .mask = 2}}});
     jostle::ObjectOptions<float> with;
     const auto at = [](int i) {
         const auto x = static_cast<float>(3 * i);
@@ -279,9 +282,52 @@ TEST(Questions, CountThoseAtRestAndTheOthersTogether)
     EXPECT_EQ(hits[0].id, rests);
 }
 
+/// Filters that apply() shows count, also of what rests where it was, in every form of question.
+TEST(Questions, ByALayerSeeFiltersAheadOfTheUpdate)
+{
+    jostle::World3f world({.layers = {{.mask = 2}}});
+    std::vector<ObjectId> ids;
+    for (int i = 0; i < 40; ++i) {
+        const auto x = static_cast<float>(3 * i);
+        ids.push_back(world.add({{x, 0, 0}, {x + 1, 1, 1}}, {.filter = {.category = i % 2 == 0 ? 2u : 1u}}));
+    }
+    while (world.update(), world.stats().active != 0) {
+    }
+    const jostle::ObjectQueryFilter wanted{.mask = 2};
+    const jostle::Aabb3f everywhere{{-1, -1, -1}, {200, 2, 2}};
+    for (const bool asked_before : {true, false}) {
+        if (asked_before) {
+            EXPECT_EQ(world.count(everywhere, wanted), 20u);
+        }
+        world.set_filter(ids[0], {.category = 1});
+        world.set_filter(ids[1], {.category = 2});
+        world.move(ids[4], {{-9, 0, 0}, {-8, 1, 1}});
+        world.apply();
+        std::vector<ObjectId> expected{ids[1], ids[2]}, found;
+        for (std::size_t i = 6; i < 40; i += 2)
+            expected.push_back(ids[i]);
+        (void)world.all(everywhere, found, wanted);
+        EXPECT_EQ(found, expected);
+        found.clear();
+        world.visit(
+            jostle::Ray3f{{-1, 0.5f, 0.5f}, {1, 0, 0}},
+            [&](const jostle::Hit<float, ObjectId>& hit, float&) { return found.push_back(hit.id), true; },
+            wanted);
+        EXPECT_EQ(found, expected);
+        std::pmr::vector<jostle::Pair> joined;
+        world.join(std::vector<jostle::Aabb3f>{everywhere}, joined, wanted);
+        EXPECT_EQ(joined.size(), expected.size());
+        world.set_filter(ids[0], {.category = 2});
+        world.set_filter(ids[1], {.category = 1});
+        world.move(ids[4], {{12, 0, 0}, {13, 1, 1}});
+        while (world.update(), world.stats().active != 0) {
+        }
+    }
+}
+
 TEST(Questions, VisitorsAreWarnedAndGetOneOrder)
 {
-    jostle::World3f world;
+    jostle::World3f world({.layers = {{.mask = 2}}});
     std::vector<ObjectId> few;
     for (int i = 0; i < 4000; ++i) {
         const auto x = static_cast<float>(i * 37 % 4000);
@@ -300,8 +346,7 @@ TEST(Questions, VisitorsAreWarnedAndGetOneOrder)
         world.visit(everywhere, [&](ObjectId id) { return order.push_back(id), true; }, wanted);
     };
     visit(first);
-    for (int k = 0; k < 500; ++k) // so often that the few get an index of their own
-        (void)world.all(everywhere, sorted, wanted);
+    (void)world.all(everywhere, sorted, wanted);
     visit(again);
     EXPECT_EQ(sorted, few);
     EXPECT_EQ(first, again);

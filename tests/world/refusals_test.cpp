@@ -56,6 +56,20 @@ TEST(World, AJoinOfMoreBoxesThanNumbersReachIsRefused)
     EXPECT_EQ(error_of([&] { world.join(many, none); }).what(), expected);
 }
 
+TEST(World, LayersThatSelectAllOrAreManyAreRefused)
+{
+    const auto made = [](std::vector<jostle::QueryLayer> layers) {
+        return [layers = std::move(layers)] { World3f world({.layers = layers}); };
+    };
+    const Error all = error_of(made({{.mask = 2}, {}}));
+    EXPECT_EQ(all.index(), 1u);
+    EXPECT_STREQ(all.what(),
+                 "layer 1 has all bits in category and mask, as queries about all objects have; drop it");
+    EXPECT_STREQ(error_of(made(std::vector<jostle::QueryLayer>(9, {.mask = 2}))).what(),
+                 "9 layers; each has indexes to keep, give at most 8");
+    made(std::vector<jostle::QueryLayer>(8, {.mask = 2}))();
+}
+
 TEST(World, BadBoxesAreRefusedByName)
 {
     World3f world;

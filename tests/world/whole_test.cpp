@@ -59,7 +59,8 @@ class Whole
               {.executor = seed % 2 == 0 ? threads_.get() : &jostle::serial_executor(),
                .memory = &memory_,
                .margin = seed % 5 == 0 ? 0.25 : 0,
-               .pair_slots = seed % 2 == 0}),
+               .pair_slots = seed % 2 == 0,
+               .layers = {{.mask = 1}, {.mask = 2}, {.mask = 5}}}),
           view_(of_threads()),
           second_(of_threads()),
           other_(jostle::WorldOptions{})
@@ -286,7 +287,7 @@ class Whole
         ASSERT_TRUE((Questions<Dim, T>(churn_, random_.next()).agree())) << where();
         World& asked = one_in(2) ? view_ : world();
         if (&asked == &view_) view_.follow(world());
-        // So many that what counts gets an index of its own.
+        // By one of the layers, or not.
         jostle::ObjectQueryFilter filter;
         filter.mask = 1u + random_.below(7);
         for (int k = 0; k < 60; ++k) {
@@ -392,7 +393,7 @@ class Whole
     {
         for (std::uint32_t k = random_.below(3); k > 0; --k) // to be forgotten
             churn_.operate(objects_);
-        if (one_in(2)) (void)world().add(churn_.any_box());
+        if (one_in(2)) (void)world().add(random_box<Dim, T>(random_, churn_.extent));
         if (one_in(2)) {
             world().apply();
             if (one_in(2)) view_.follow(world());

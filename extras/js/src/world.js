@@ -496,11 +496,21 @@ export class World extends Owned {
 
 function make_world(core, space, options, accept) {
   return core.within(() => {
+    const layers = options.layers ?? [];
+    if (!Array.isArray(layers)) refuse(`layers is ${describe(layers)}: it must be an array`);
     const made = core.struct(C.jostle_world_options), common = core.options();
+    const pointer = core.scratch.take(8 * layers.length);
     const { data } = core, at = C.jostle_world_options;
     data.setUint32(made + at.common, common, true);
     data.setFloat64(made + at.margin, number(options.margin ?? 0, "margin"), true);
     data.setInt32(made + at.pair_slots, options.pairSlots ? 1 : 0, true);
+    layers.forEach((layer, k) => {
+      const { category, mask } = options_of(layer);
+      data.setUint32(pointer + 8 * k, whole(category ?? 0xffffffff, `layers[${k}].category`), true);
+      data.setUint32(pointer + 8 * k + 4, whole(mask ?? 0xffffffff, `layers[${k}].mask`), true);
+    });
+    data.setUint32(made + at.layers, pointer, true);
+    data.setBigUint64(made + at.layer_count, BigInt(layers.length), true);
     if (accept !== undefined) {
       data.setUint32(made + at.accept, core.module._jostle_js_accept_objects_pointer(), true);
       data.setUint32(made + at.context, accept.number, true);

@@ -212,6 +212,28 @@ test("the command with the greatest sequence wins, whatever it says", async () =
   world.dispose();
 });
 
+test("worlds with layers say the same", async () => {
+  const jostle = await modules.simd();
+  const boxes = random_boxes(300, 2, 6), layers = [{ mask: 2 }, { category: 4, mask: 1 }];
+  const counts = [{}, { layers }].map((options) => {
+    const world = new jostle.World({ dim: 2, ...options });
+    world.add(boxes, { category: 2 });
+    world.update();
+    const asked = layers.map((asker) => [...world.count({ boxes }, { asker })]);
+    world.dispose();
+    return asked;
+  });
+  assert.deepEqual(counts[0], counts[1]);
+  assert.ok(counts[0][0].every((count) => count > 0));
+  for (const [wrong, message] of [
+    [Array(9).fill({ mask: 1 }), /9 layers/],
+    [[{}], /layer 0 has all bits/],
+    [[{ mask: -1 }], /layers\[0\].mask is -1/],
+    ["all", /it must be an array/],
+  ])
+    assert.throws(() => new jostle.World({ dim: 2, layers: wrong }), message);
+});
+
 test("what the statistics of worlds tell", async () => {
   const jostle = await modules.simd();
   const world = new jostle.World({ dim: 2 });

@@ -84,7 +84,7 @@ struct World<Dim, T>::Implementation final : PairListener<Dim, T>
           rank(rank_in(handle)),
           owned(given.memory),
           owned_index(executor, given.memory),
-          region(rank, executor, given.memory),
+          region(rank, executor, given.memory, given.layers),
           directory(given.memory),
           exchange(handle, given.memory),
           lists(given.memory),

@@ -100,9 +100,10 @@ class Region
   public:
     using Notice = mpi::Notice<Dim, T>;
 
-    Region(int rank, Executor* executor, std::pmr::memory_resource* memory)
+    Region(int rank, Executor* executor, std::pmr::memory_resource* memory,
+           const std::vector<QueryLayer>& layers)
         : rank_(rank),
-          options_{.executor = executor, .memory = memory},
+          options_{.executor = executor, .memory = memory, .layers = layers},
           world_(std::in_place, options_),
           places_(memory),
           objects_(memory),

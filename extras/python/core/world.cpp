@@ -103,7 +103,9 @@ py::array join_one_by_one(World& self, const Boxes& boxes, AskFilter& filter)
 void define_world(py::module_& m)
 {
     py::class_<World> world = define_class<World>(m, "World", "", py::custom_type_setup(collect_functions));
-    world.def(py::init<jostle_space, double, py::object, std::uint32_t, bool>())
+    world
+        .def(py::init<jostle_space, double, py::object, std::uint32_t, bool,
+                      std::vector<std::array<std::uint32_t, 2>>>())
         .def("began_slots", [](const World& self) { return self.listed_slots(jostle_world_began_slots); })
         .def("ended_slots", [](const World& self) { return self.listed_slots(jostle_world_ended_slots); })
         .def("changed_slots", [](const World& self) { return self.listed_slots(jostle_world_changed_slots); })

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <utility>
+#include <vector>
 
 #include "core/arrays.hpp"
 #include "core/interrupts.hpp"
@@ -17,7 +19,9 @@ namespace jostle_python {
 class World
 {
   public:
-    World(jostle_space given, double margin, py::object function, std::uint32_t threads, bool pair_slots        : space(given),
+    World(jostle_space given, double margin, py::object function, std::uint32_t threads, bool pair_slots,
+          const std::vector<std::array<std::uint32_t, 2>>& layers)
+        : space(given),
           accept(std::move(function)),
           pending(std::make_shared<Pending>()),
           memory(std::make_shared<Interruptible>())
@@ -29,6 +33,11 @@ class World
         options.common = &common;
         options.margin = margin;
         options.pair_slots = pair_slots ? 1 : 0;
+        std::vector<jostle_query_layer> given_layers;
+        for (const auto& [category, mask] : layers)
+            given_layers.push_back({category, mask});
+        options.layers = given_layers.data();
+        options.layer_count = given_layers.size();
         if (!accept.is_none()) {
             asked = std::make_shared<Asks>(Asks{accept, pending.get()});
             options.context = asked.get();
@@ -47,11 +56,8 @@ class World
     class Updating
     {
       public:
-        explicit Updating(World & world) : now_(world.users), outer_(std::exchange(updating, &world.users)) {}
-        ~Updating()
-        {
-            updating = outer_;
-        }
+        explicit Updating(World& world) : now_(world.users), outer_(std::exchange(updating, &world.users)) {}
+        ~Updating() { updating = outer_; }
         Updating(const Updating&) = delete;
 
       private:

@@ -2,7 +2,7 @@
 """Objects that live, move and rest."""
 from __future__ import annotations
 
-from typing import Any, Callable, NamedTuple
+from typing import Any, Callable, Iterable, NamedTuple
 
 import numpy as np
 
@@ -44,6 +44,7 @@ class World:
     index, good for indexing arrays: jostle.World.index(ids).
 
     margin    every box is this much bigger on every side
+    layers    [(category, mask), ...], at most 8: queries with one of these go by indexes of the objects that count alone, for few of many
     accept    accept(id_a, id_b) is asked once for each pair that would begin; such a world works on one thread
     threads   0 for one per core
 
@@ -56,11 +57,13 @@ class World:
     """
 
     def __init__(self, dim: int = 3, dtype: Any = np.float64, *, margin: float = 0.0,
-                 accept: Callable[[int, int], bool] | None = None, threads: int = 0, pair_slots: bool = False) -> None:
+                 accept: Callable[[int, int], bool] | None = None, threads: int = 0, pair_slots: bool = False,
+                 layers: Iterable[tuple[int, int]] = ()) -> None:
         self.dim, self.dtype = dim, np.dtype(dtype)
         if (self.dim, self.dtype) not in _arrays.SPACES:
             raise Error(f"a world is 2D or 3D, float32 or float64, not {self.dim}D {self.dtype}")
-        self._threads, self._kept = _arrays.threads(threads, accept), (pair_slots,)
+        self._threads, self._kept = _arrays.threads(threads, accept), (pair_slots, [
+            (_arrays.whole(category, "category"), _arrays.whole(mask, "mask")) for category, mask in layers])
         self._world = _core.World(_arrays.SPACES[self.dim, self.dtype], margin, _arrays.function(accept, "accept"), self._threads,
                                   *self._kept)
 
@@ -378,14 +381,14 @@ class World:
         until clear() or restore() makes it a world again."""
         self._world.follow(self._other(other))
 
-    def __getstate__(self) -> tuple[int, str, int, bytes, tuple[bool]]:
+    def __getstate__(self) -> tuple[int, str, int, bytes, tuple[bool, list[tuple[int, int]]]]:
         if self._world.accept is not None:
             raise Error("a world with an `accept` can't be pickled: functions aren't part of a snapshot. Use save() and restore()")
         return self.dim, self.dtype.str, self._threads, self.save(), self._kept
 
-    def __setstate__(self, state: tuple[int, str, int, bytes, tuple[bool]]) -> None:
-        slots, = state[4]
-        World.__init__(self, state[0], np.dtype(state[1]), threads=state[2], pair_slots=slots)
+    def __setstate__(self, state: tuple[int, str, int, bytes, tuple[bool, list[tuple[int, int]]]]) -> None:
+        slots, layers = state[4]
+        World.__init__(self, state[0], np.dtype(state[1]), threads=state[2], pair_slots=slots, layers=layers)
         self.restore(state[3])
 
     # --- Seeing inside ---

@@ -316,6 +316,23 @@ def test_a_world_keeps_what_belongs_to_objects_and_pairs():
     assert len(jostle.World(2).began_slots()) == 0
 
 
+def test_a_world_with_layers_says_the_same():
+    boxes = some_boxes(300, 3, np.float32)
+    worlds = [jostle.World(3, np.float32), jostle.World(3, np.float32, layers=[(2**32 - 1, 2), (4, 1)])]
+    worlds.append(pickle.loads(pickle.dumps(worlds[1])))
+    for world in worlds:
+        ids = world.add(boxes, category=1 << np.arange(300) % 3)
+        world.update()
+        world.move(ids[::7], boxes[::7] + np.float32(0.1))
+        world.update()
+    for asker in ((2**32 - 1, 2), (4, 1), (2, 4)):
+        counted = [world.count(boxes, asker=asker) for world in worlds]
+        assert np.array_equal(counted[0], counted[1]) and np.array_equal(counted[0], counted[2]) and counted[0].any()
+    for layers, message in (([(1, 1)] * 9, "9 layers"), ([(2**32 - 1, 2**32 - 1)], "layer 0"), ([(2**32, 1)], "category is")):
+        with pytest.raises(jostle.Error, match=message):
+            jostle.World(3, layers=layers)
+
+
 def test_a_world_asks():
     boxes = np.zeros((3, 2, 2))
     boxes[:, 1] = 1

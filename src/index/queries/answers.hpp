@@ -184,14 +184,12 @@ class Answers
     /// instead, or in none if the box is NaN. Null for an object that is where it was.
     using Elsewhere = FunctionRef<const Aabb<Dim, T>*(std::uint32_t id)>;
 
-    /// `other` and `elsewhere` may be null. `of_other` says which objects of the other tree count at all; it
-    /// may be asked about those of the first as well, all of which count.
+    /// `other` and `elsewhere` may be null.
     Answers(const Kernels<Dim, T>& kernels, const Tree<Dim, T>& tree, const Tree<Dim, T>* other = nullptr,
-            Elsewhere elsewhere = {}, Wanted of_other = {})
+            Elsewhere elsewhere = {})
         : kernels_(kernels),
           queues_(tree.queues()),
           elsewhere_(elsewhere),
-          of_other_(of_other),
           size_(tree.size()),
           id_end_(tree.id_end())
     {
@@ -277,8 +275,6 @@ class Answers
         std::uint64_t left = ~std::uint64_t{0};
         if constexpr (requires { question.count; }) left = question.count;
         if (left == 0) return true;
-        const auto counts = [&](std::uint32_t id) { return of_other_(id) && (!wanted || wanted(id)); };
-        const Wanted all_wanted = of_other_ ? Wanted(counts) : wanted;
         bool goes_on = true;
         Hit<T> last;
         const auto checked = [&](const Hit<T>& hit, T& bound) {
@@ -286,7 +282,7 @@ class Answers
                 const Aabb<Dim, T>* const box = elsewhere_(hit.id);
                 if (box != nullptr && (hit == last || !is_at(question, *box, hit.at))) return true;
                 last = hit;
-                if (all_wanted && !all_wanted(hit.id)) return true;
+                if (wanted && !wanted(hit.id)) return true;
             }
             T wish = bound;
             goes_on = visit(hit, wish);
@@ -295,9 +291,9 @@ class Answers
         };
         if constexpr (requires { question.count; })
             kernels_.visit_near(roots, from_of(question), question.max_distance * question.max_distance,
-                                elsewhere_ ? Wanted() : all_wanted, checked, queues_);
+                                elsewhere_ ? Wanted() : wanted, checked, queues_);
         else
-            kernels_.visit_line(roots, Line<Dim, T>(question), elsewhere_ ? Wanted() : all_wanted, checked,
+            kernels_.visit_line(roots, Line<Dim, T>(question), elsewhere_ ? Wanted() : wanted, checked,
                                 queues_);
         return goes_on;
     }
@@ -323,11 +319,8 @@ class Answers
         const auto is_here = [&](std::uint32_t id) {
             return elsewhere_(id) == nullptr && (!wanted || wanted(id));
         };
-        const auto counts = [&](std::uint32_t id) { return of_other_(id) && (!wanted || wanted(id)); };
         for (int k = 0; k < count_; ++k) {
-            const bool is_first = k == 0 && has_first_;
-            const Wanted here =
-                is_first ? (elsewhere_ ? Wanted(is_here) : wanted) : (of_other_ ? Wanted(counts) : wanted);
+            const Wanted here = elsewhere_ && k == 0 && has_first_ ? Wanted(is_here) : wanted;
             if (!body(roots_[k], here)) break;
         }
     }
@@ -413,7 +406,6 @@ class Answers
     const Kernels<Dim, T>& kernels_;
     QueueShelf<Dim, T>& queues_;
     const Elsewhere elsewhere_;
-    const Wanted of_other_;
     bool has_first_ = false; // the first tree has a root
     const Tree<Dim, T>* trees_[2];
     Child<Dim, T> roots_[2];

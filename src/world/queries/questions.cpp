@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Queries: each is put to the resting objects and to the active ones, as if they were one index's.
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <memory_resource>
 #include <utility>
@@ -46,22 +45,39 @@ class Asking
   public:
     using Implementation = typename World<Dim, T>::Implementation;
 
-    /// `questions`: how many will be asked; so many may make an index for a mask pay. 0: none is made.
-    Asking(const Implementation& world, const ObjectQueryFilter& filter, std::uint64_t questions = 1,
-           Visits visits = Visits::no)
+    /// Where to look, and whether the masks still have to be held against those who are found there.
+    struct Sources
+    {
+        const index::Tree<Dim, T>* resting;
+        const index::Tree<Dim, T>* active; // null: nobody
+        bool masks;
+    };
+    /// Brings what it returns up to date. In the indexes' own order it uses no layer, so that no order depends
+    /// on those.
+    static Sources sources(const Implementation& world, const ObjectQueryFilter& filter, Visits visits)
+    {
+        const State<Dim, T>& state = world.state;
+        const auto tree_of = [](const BoxIndex<Dim, T>* index) {
+            return index != nullptr ? &BoxIndexAccess::tree(*index) : nullptr;
+        };
+        const bool is_masked = filter.category != ~0u || filter.mask != ~0u;
+        const bool is_free = visits == Visits::in_join || !world.in_use.load(std::memory_order_relaxed);
+        if (is_masked && visits != Visits::in_own_order && is_free)
+            for (const auto& layer : world.layers)
+                if (layer->is_for(filter.category, filter.mask)) // as filters were before apply()
+                    return {tree_of(&layer->resting(state, world.applied)), tree_of(layer->active.of(state)),
+                            state.shown != nullptr};
+        return {tree_of(&state.resting), tree_of(world.active_index.of(state)), is_masked};
+    }
+
+    Asking(const Implementation& world, const ObjectQueryFilter& filter, Visits visits = Visits::no)
         : state_(world.state),
           reader_(filter.accept || visits != Visits::no ? &world.readers : nullptr),
           filter_(filter),
           exclude_(state_.ids.is_good(filter.exclude) ? filter.exclude.index : Hit<T>::none),
-          sources_(sources(world, filter, questions, visits)),
+          sources_(sources(world, filter, visits)),
           answers_(index::kernels_for<Dim, T>(state_.options.instruction_set), resting(), active(),
-                   state_.shown != nullptr ? Elsewhere(elsewhere_) : Elsewhere(),
-                   sources_.masks_of_active ? index::Wanted(of_active_) : index::Wanted())
-    {
-    }
-
-    Asking(const Implementation& world, const ObjectQueryFilter& filter, Visits visits)
-        : Asking(world, filter, 1, visits)
+                   state_.shown != nullptr ? Elsewhere(elsewhere_) : Elsewhere())
     {
     }
 
@@ -79,7 +95,7 @@ class Asking
         if (index == exclude_) return false;
         if (sources_.masks || filter_.owner != Filter::no_owner) {
             const ObjectFilter object = state_.objects[Index{index}].filter();
-            if (sources_.masks && !counts(object, filter_.category, filter_.mask)) return false;
+            if (sources_.masks && !counts(object, {filter_.category, filter_.mask})) return false;
             if (object.owner == filter_.owner && filter_.owner != Filter::no_owner) return false;
         }
         return !filter_.accept || filter_.accept(question, state_.id_of(Index{index}));
@@ -122,53 +138,11 @@ class Asking
     }
 
   private:
-    /// Where to look, and which of those who are found there the masks still have to be held against.
-    struct Sources
-    {
-        const index::Tree<Dim, T>* resting;
-        const index::Tree<Dim, T>* active; // null: nobody
-        bool masks;                        // all of them
-        bool masks_of_active;              // those who are active
-    };
-    static Sources sources(const Implementation& world, const ObjectQueryFilter& filter,
-                           std::uint64_t questions, Visits visits)
-    {
-        const State<Dim, T>& state = world.state;
-        const bool is_masked = filter.category != ~0u || filter.mask != ~0u;
-        Sources sources{&BoxIndexAccess::tree(state.resting), nullptr, is_masked, false};
-        const typename MaskedIndexes<Dim, T>::Masked* masked = nullptr; // it wouldn't be worth it
-        const bool is_free = visits == Visits::in_join || !world.in_use.load(std::memory_order_relaxed);
-        if (is_masked && visits != Visits::in_own_order && is_free)
-            masked = world.masked_indexes.of(state, filter.category, filter.mask, questions);
-        const bool rest_apart = masked != nullptr && masked->index() != nullptr;
-        if (rest_apart) sources.resting = &BoxIndexAccess::tree(*masked->index());
-        // Of who is active, and of filters, it knows what the last update left, not what apply() shows.
-        const BoxIndex<Dim, T>* active = nullptr;
-        if (masked != nullptr && state.shown == nullptr) {
-            active = masked->index_of_active();
-            sources.masks = !rest_apart;
-            sources.masks_of_active = rest_apart && active == nullptr && !masked->all_active();
-            if (masked->no_active()) return sources;
-        }
-        if (active == nullptr) active = world.active_index.of(state);
-        if (active != nullptr) sources.active = &BoxIndexAccess::tree(*active);
-        return sources;
-    }
-
     const State<Dim, T>& state_;
     Reader reader_;
     const ObjectQueryFilter& filter_;
     std::uint32_t exclude_;
     const Sources sources_;
-    struct OfActive
-    {
-        const State<Dim, T>& state;
-        const ObjectQueryFilter& filter;
-        bool operator()(std::uint32_t index) const noexcept
-        {
-            return counts(state.objects[Index{index}].filter(), filter.category, filter.mask);
-        }
-    } of_active_{state_, filter_}; // which of these the masks are about
     using Elsewhere = typename index::Answers<Dim, T>::Elsewhere;
     struct Written
     {
@@ -197,10 +171,13 @@ class AskingMany
         : world_(world), count_(questions), filters_(filters), visits_(visits)
     {
         filters.check(questions);
-        if (filters.one_each())
-            prepare();
-        else
-            for_all_.emplace(world, filters[0], questions, visits);
+        if (!filters.one_each()) {
+            for_all_.emplace(world, filters[0], visits);
+            return;
+        }
+        // Executors don't nest: what tasks ask can't bring an index up to date.
+        for (std::size_t i = 0; i < count_; ++i)
+            (void)Asking<Dim, T>::sources(world, filters[i], visits);
     }
 
     /// Calls body(asking, i, wanted) for one question.
@@ -210,7 +187,7 @@ class AskingMany
         const auto ask = [&](const Asking<Dim, T>& asking) {
             return asking.with(i, [&](index::Wanted wanted) { return body(asking, i, wanted); });
         };
-        return for_all_ ? ask(*for_all_) : ask(Asking<Dim, T>(world_, filters_[i], 0, visits_));
+        return for_all_ ? ask(*for_all_) : ask(Asking<Dim, T>(world_, filters_[i], visits_));
     }
     /// Calls body(asking, i, wanted) for each question.
     template <class Body>
@@ -235,33 +212,6 @@ class AskingMany
     }
 
   private:
-    /// Brings the indexes up to date that questions with these filters go by: executors don't nest, and their
-    /// tasks can't make any.
-    void prepare() const
-    {
-        struct Kind
-        {
-            const ObjectQueryFilter* filter;
-            std::uint64_t questions;
-        };
-        // By masks. A world keeps indexes of their own for four: of eight, some go by those of all objects,
-        // as any further ones do.
-        std::array<Kind, 8> kinds;
-        std::size_t known = 0;
-        for (std::size_t i = 0; i < count_; ++i) {
-            const ObjectQueryFilter& filter = filters_[i];
-            std::size_t k = 0;
-            while (k < known &&
-                   (kinds[k].filter->category != filter.category || kinds[k].filter->mask != filter.mask))
-                ++k;
-            if (k == kinds.size()) continue;
-            if (k == known) kinds[known++] = {&filter, 0};
-            ++kinds[k].questions;
-        }
-        for (std::size_t k = 0; k < known; ++k)
-            (void)Asking<Dim, T>(world_, *kinds[k].filter, kinds[k].questions, visits_);
-    }
-
     const Implementation& world_;
     std::size_t count_;
     Filters filters_;
@@ -301,7 +251,7 @@ void World<Dim, T>::Implementation::join(const BoxView<Dim, T>& boxes, std::pmr:
     std::pmr::vector<Pair> all(std::move(out)); // if anything below throws, the list is empty
     out.clear();
     const ObjectQueryFilter masks = world::masks_together(filters, boxes.size());
-    const Asking where(*this, masks, boxes.size(), index::Visits::in_join);
+    const Asking where(*this, masks, index::Visits::in_join);
     BoxIndexAccess::join(state.resting, where.resting(), boxes, all);
     if (state.shown != nullptr)
         std::erase_if(all, [&](const Pair& pair) { return !state.is_shown_resting(Index{pair.b}); });
@@ -320,7 +270,7 @@ void World<Dim, T>::Implementation::join(const BoxView<Dim, T>& boxes, std::pmr:
             else
                 --a, all[r + a] = more[a];
     }
-    // In use as the world is, these don't go by an index for a mask, and hold all against their own.
+    // In use as the world is, these don't go by a layer, and hold all against their own.
     std::optional<Asking> asking;
     std::size_t asker = boxes.size();
     const auto is_refused = [&](const Pair& pair) {

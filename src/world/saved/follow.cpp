@@ -80,7 +80,7 @@ class Follow
         work_.position = here;
         view_.change_log.count_update();
         view_.note(work_.changed, {});
-        view_.masked_indexes.note(work_.gone, work_.come);
+        view_.note_resting(work_.gone, work_.come);
     }
 
   private:
@@ -144,6 +144,8 @@ void empty_view(typename World<Dim, T>::Implementation& view) noexcept
     state.resting.clear();
     state.alive = state.disabled = 0;
     view.active_index.forget();
+    for (const auto& layer : view.layers)
+        layer->forget();
     view.change_log.drop();
     view.follows->position = {};
     view.stats = describe(state, view.last_lists());

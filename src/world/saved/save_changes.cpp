@@ -457,7 +457,7 @@ void Return<Dim, T>::commit() noexcept
     me_.neighbour_lists.invalidate_all();
     me_.neighbour_lists.count_update();
     me_.note(work_.changed, {});
-    me_.masked_indexes.note(work_.indices, {});
+    me_.note_resting(work_.indices, {});
     Lists& lists = me_.last_lists();
     lists.persisted.clear();
     lists.others.clear();

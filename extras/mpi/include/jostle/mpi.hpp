@@ -243,6 +243,8 @@ struct WorldOptions
     /// their rank's region no longer. Otherwise an object stays with the rank that added it; nothing else
     /// depends on it. The same on all ranks.
     bool migrate = true;
+    /// As jostle::WorldOptions::layers.
+    std::vector<QueryLayer> layers = {};
     /// Appends to `payload` what the user keeps with the object, which is about to go to another rank. It may
     /// be called for an update that then fails, and the object stays.
     std::function<void(std::uint64_t id, std::vector<std::byte>& payload)> pack = {};

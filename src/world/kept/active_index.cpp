@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 // The index of what is active: brought to where the objects are when somebody asks, by what has changed.
+#include "world/kept/active_index.hpp"
+
 #include <algorithm>
 #include <utility>
 
 #include "base/instantiate.hpp"
 #include "index/box_index_access.hpp"
-#include "world/implementation.hpp"
+#include "world/update/changes.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
@@ -42,11 +44,12 @@ void ActiveIndex<Dim, T>::forget() noexcept
     knows_moved_ = false;
 }
 
-/// Whether questions find an object in the index of what is active.
+/// Whether questions find an object in this index.
 template <int Dim, class T>
-bool is_shown_active(const State<Dim, T>& state, Index index) noexcept
+bool ActiveIndex<Dim, T>::is_here(const State<Dim, T>& state, Index index) const noexcept
 {
-    return state.is_shown(index) && !state.is_shown_resting(index);
+    return state.is_shown(index) && !state.is_shown_resting(index) &&
+           (!layer_ || counts(state.objects[index].filter(), *layer_));
 }
 
 /// Brings the index to where the objects are, from where they were when somebody asked last.
@@ -73,7 +76,7 @@ void ActiveIndex<Dim, T>::follow_moved(const State<Dim, T>& state)
     boxes_.clear();
     for (const std::uint32_t i : moved_) {
         if (index_.contains(i)) gone_.push_back(i);
-        if (!is_shown_active(state, Index{i})) continue;
+        if (!is_here(state, Index{i})) continue;
         come_.push_back(i);
         boxes_.push_back(state.shown_box(Index{i}));
     }
@@ -90,7 +93,7 @@ void ActiveIndex<Dim, T>::follow_all(const State<Dim, T>& state)
         const Box* now[index::page_capacity];
         for (std::size_t k = 0; k < indices.size(); ++k) {
             const Index index{indices[k]};
-            now[k] = is_shown_active(state, index) ? &state.shown_box(index) : &gone;
+            now[k] = is_here(state, index) ? &state.shown_box(index) : &gone;
             jostle::prefetch(now[k]);
             jostle::prefetch(&now[k]->hi[Dim - 1]);
         }
@@ -98,13 +101,17 @@ void ActiveIndex<Dim, T>::follow_all(const State<Dim, T>& state)
             boxes[k] = *now[k];
     };
     const bool followed = BoxIndexAccess::tree(index_).follow(where);
-    const std::size_t count = state.active_count();
+    std::size_t count = state.active_count();
+    if (layer_) {
+        count = 0;
+        state.each_active([&](Index index) { count += is_here(state, index); });
+    }
     if (followed && state.shown == nullptr && index_.size() == count) return;
     come_.clear();
     boxes_.clear();
     const auto collect = [&](bool all) {
         const auto collect_one = [&](Index index) {
-            if (!is_shown_active(state, index) || (!all && index_.contains(raw(index)))) return;
+            if (!is_here(state, index) || (!all && index_.contains(raw(index)))) return;
             come_.push_back(raw(index));
             boxes_.push_back(state.shown_box(index));
         };
