@@ -147,7 +147,7 @@ void run(const BenchOptions& options)
             "jostle", "contacts", 0, [&] { (void)finder.find({shapes, poses}, pairs); },
             [&](std::vector<double>& answers) {
                 std::size_t next = 0;
-                for (const jostle::Contact2d& contact : finder.find({shapes, poses}, pairs))
+                for (const jostle::Contact<2, double>& contact : finder.find({shapes, poses}, pairs))
                     answers[next++] = contact.count;
             });
 #ifdef JOSTLE_WITH_PEERS

@@ -488,7 +488,7 @@ Parts run_planner(const BenchOptions& options, jostle::Executor& executor)
         std::vector<Pair> near;
         std::vector<std::uint8_t> hit, bent(arm.forbidden.size());
         std::vector<std::uint32_t> first(arm.count);
-        std::vector<jostle::Distance3d> gaps(arm.count);
+        std::vector<jostle::Distance<3, double>> gaps(arm.count);
         std::vector<std::uint64_t> nearest(arm.count), offsets;
         std::vector<double> room(arm.count);
         for (std::uint32_t k = 0; k < options.frames; ++k) {

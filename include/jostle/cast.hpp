@@ -26,10 +26,7 @@ struct CastHit
     std::uint32_t moving_part = 0; ///< of the shape that moves; 0 for a ray
 };
 
-using CastHit2f = CastHit<2, float>;
 using CastHit3f = CastHit<3, float>;
-using CastHit2d = CastHit<2, double>;
-using CastHit3d = CastHit<3, double>;
 
 /// Where a ray first meets a shape, or nothing if it doesn't.
 ///

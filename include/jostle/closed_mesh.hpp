@@ -31,7 +31,6 @@ struct SignedDistance
 };
 
 using SignedDistance3f = SignedDistance<float>;
-using SignedDistance3d = SignedDistance<double>;
 
 /// A mesh of triangles that has an inside.
 ///

@@ -139,36 +139,10 @@ struct PairTest
     void* context = nullptr;
 };
 
-using ContactPoint2f = ContactPoint<2, float>;
-using ContactPoint3f = ContactPoint<3, float>;
-using ContactPoint2d = ContactPoint<2, double>;
-using ContactPoint3d = ContactPoint<3, double>;
 using Contact2f = Contact<2, float>;
 using Contact3f = Contact<3, float>;
-using Contact2d = Contact<2, double>;
-using Contact3d = Contact<3, double>;
-using PointContact2f = PointContact<2, float>;
-using PointContact3f = PointContact<3, float>;
-using PointContact2d = PointContact<2, double>;
-using PointContact3d = PointContact<3, double>;
-using PointContactBuffer2f = PointContactBuffer<2, float>;
-using PointContactBuffer3f = PointContactBuffer<3, float>;
-using PointContactBuffer2d = PointContactBuffer<2, double>;
-using PointContactBuffer3d = PointContactBuffer<3, double>;
-using ContactBuffer2f = ContactBuffer<2, float>;
-using ContactBuffer3f = ContactBuffer<3, float>;
-using ContactBuffer2d = ContactBuffer<2, double>;
-using ContactBuffer3d = ContactBuffer<3, double>;
-using Distance2f = Distance<2, float>;
 using Distance3f = Distance<3, float>;
-using Distance2d = Distance<2, double>;
-using Distance3d = Distance<3, double>;
-using Impact2f = Impact<2, float>;
 using Impact3f = Impact<3, float>;
-using Impact2d = Impact<2, double>;
-using Impact3d = Impact<3, double>;
-using PairTest2 = PairTest<2>;
-using PairTest3 = PairTest<3>;
 
 struct ContactOptions
 {

@@ -46,14 +46,8 @@ struct MovingObjects
     StridedView<Motion<Dim, T>> motions;
 };
 
-using Objects2f = Objects<2, float>;
 using Objects3f = Objects<3, float>;
-using Objects2d = Objects<2, double>;
-using Objects3d = Objects<3, double>;
-using Motion2f = Motion<2, float>;
 using Motion3f = Motion<3, float>;
-using Motion2d = Motion<2, double>;
-using Motion3d = Motion<3, double>;
 
 /// The boxes of all objects: out[i] is bounds(shapes[i], poses[i], margin). The calling thread does it all
 /// unless an executor is given.

@@ -103,9 +103,6 @@ class JOSTLE_API PeriodicImages
     std::unique_ptr<Implementation> implementation_;
 };
 
-using PeriodicImages2f = PeriodicImages<2, float>;
 using PeriodicImages3f = PeriodicImages<3, float>;
-using PeriodicImages2d = PeriodicImages<2, double>;
-using PeriodicImages3d = PeriodicImages<3, double>;
 
 JOSTLE_NAMESPACE_END

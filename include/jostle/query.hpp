@@ -105,32 +105,13 @@ struct NearestToBox
 
 using Ray2f = Ray<2, float>;
 using Ray3f = Ray<3, float>;
-using Ray2d = Ray<2, double>;
 using Ray3d = Ray<3, double>;
-using Sweep2f = Sweep<2, float>;
 using Sweep3f = Sweep<3, float>;
-using Sweep2d = Sweep<2, double>;
-using Sweep3d = Sweep<3, double>;
-using Sphere2f = Sphere<2, float>;
 using Sphere3f = Sphere<3, float>;
-using Sphere2d = Sphere<2, double>;
-using Sphere3d = Sphere<3, double>;
-using Plane2f = Plane<2, float>;
 using Plane3f = Plane<3, float>;
-using Plane2d = Plane<2, double>;
-using Plane3d = Plane<3, double>;
-using Frustum2f = Frustum<2, float>;
 using Frustum3f = Frustum<3, float>;
-using Frustum2d = Frustum<2, double>;
-using Frustum3d = Frustum<3, double>;
-using Nearest2f = Nearest<2, float>;
 using Nearest3f = Nearest<3, float>;
-using Nearest2d = Nearest<2, double>;
-using Nearest3d = Nearest<3, double>;
-using NearestToBox2f = NearestToBox<2, float>;
 using NearestToBox3f = NearestToBox<3, float>;
-using NearestToBox2d = NearestToBox<2, double>;
-using NearestToBox3d = NearestToBox<3, double>;
 
 /// An object found along a ray or sweep or near a point. `Id` is std::uint32_t in a BoxIndex, ObjectId in a
 /// World.

@@ -298,12 +298,6 @@ using ConvexHull2 = ConvexHull<2>;
 using ConvexHull3 = ConvexHull<3>;
 using Mesh2 = Mesh<2>;
 using Mesh3 = Mesh<3>;
-using HeightGridf = HeightGrid<float>;
-using HeightGridd = HeightGrid<double>;
-using Compound2 = Compound<2>;
-using Compound3 = Compound<3>;
-using CustomShape2 = CustomShape<2>;
-using CustomShape3 = CustomShape<3>;
 
 /// The tightest box around a posed shape, rounded outwards, with `margin` (>= 0) added on every side: what
 /// the broad phase wants. Shapes that touch have boxes that overlap. A half-space's box is infinite, except

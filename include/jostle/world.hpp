@@ -439,7 +439,6 @@ using World2d = World<2, double>;
 using World3f = World<3, float>;
 using World3d = World<3, double>;
 using ObjectOptionsf = ObjectOptions<float>;
-using ObjectOptionsd = ObjectOptions<double>;
 
 JOSTLE_NAMESPACE_END
 

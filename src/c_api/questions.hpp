@@ -50,26 +50,20 @@ constexpr bool laid_out_as_documented()
 }
 static_assert(laid_out_as_documented<2, float>() && laid_out_as_documented<3, float>() &&
               laid_out_as_documented<2, double>() && laid_out_as_documented<3, double>());
-static_assert(sizeof(Nearest2f) == sizeof(jostle_nearest_2f) &&
-              sizeof(Nearest3f) == sizeof(jostle_nearest_3f) &&
-              sizeof(Nearest2d) == sizeof(jostle_nearest_2d) &&
-              sizeof(Nearest3d) == sizeof(jostle_nearest_3d));
-static_assert(offsetof(Nearest3f, count) == offsetof(jostle_nearest_3f, count) &&
-              offsetof(Nearest3d, count) == offsetof(jostle_nearest_3d, count) &&
-              offsetof(Nearest3f, max_distance) == offsetof(jostle_nearest_3f, max_distance) &&
-              offsetof(Nearest3d, max_distance) == offsetof(jostle_nearest_3d, max_distance));
-
-template <int Dim, Coordinate T, class InC>
+template <class InCpp, class InC>
 constexpr bool laid_out_as_in_c()
 {
-    using InCpp = NearestToBox<Dim, T>;
     return sizeof(InCpp) == sizeof(InC) && offsetof(InCpp, count) == offsetof(InC, count) &&
            offsetof(InCpp, max_distance) == offsetof(InC, max_distance);
 }
-static_assert(laid_out_as_in_c<2, float, jostle_nearest_to_box_2f>() &&
-              laid_out_as_in_c<3, float, jostle_nearest_to_box_3f>() &&
-              laid_out_as_in_c<2, double, jostle_nearest_to_box_2d>() &&
-              laid_out_as_in_c<3, double, jostle_nearest_to_box_3d>());
+static_assert(laid_out_as_in_c<Nearest<2, float>, jostle_nearest_2f>() &&
+              laid_out_as_in_c<Nearest<3, float>, jostle_nearest_3f>() &&
+              laid_out_as_in_c<Nearest<2, double>, jostle_nearest_2d>() &&
+              laid_out_as_in_c<Nearest<3, double>, jostle_nearest_3d>() &&
+              laid_out_as_in_c<NearestToBox<2, float>, jostle_nearest_to_box_2f>() &&
+              laid_out_as_in_c<NearestToBox<3, float>, jostle_nearest_to_box_3f>() &&
+              laid_out_as_in_c<NearestToBox<2, double>, jostle_nearest_to_box_2d>() &&
+              laid_out_as_in_c<NearestToBox<3, double>, jostle_nearest_to_box_3d>());
 
 /// "JOSTLE_RAY, JOSTLE_SWEEP", for messages.
 inline std::string names_of(unsigned kinds)

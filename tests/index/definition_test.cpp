@@ -121,7 +121,7 @@ TEST(Refusals, NameTheValueAndTheQuestion)
         refusal(bad, [&] { index.all(Sphere<3, float>{{0, 0, 0}, 1e-25f}, ids); }),
         "sphere: radius is 1.00000002e-25, which can't be squared in this type; give 0 or more than 1.1e-19");
     EXPECT_EQ(
-        refusal(bad, [&] { (void)BoxIndex2d().count(Sphere2d{{0, 0}, 1e200}); }),
+        refusal(bad, [&] { (void)BoxIndex2d().count(Sphere<2, double>{{0, 0}, 1e200}); }),
         "sphere: radius is 9.9999999999999997e+199, which can't be squared in this type; give infinity or "
         "less than 1.3e154");
     EXPECT_EQ(refusal(bad, [&] { (void)index.first(Sweep<3, float>{cube, {0, 0, 0}}); }),
@@ -154,9 +154,9 @@ TEST(Definition, SpheresOfTheLeastAndTheGreatestRadius)
         {{1e-24f, 0}, {1e-24f, 0}}, {{2e-19f, 0}, {2e-19f, 0}}, {{1e30f, 0}, {1e30f, 0}}};
     BoxIndex2f index;
     index.build(boxes);
-    EXPECT_EQ(index.count(Sphere2f{{0, 0}, 1.1e-19f}), 1u);
-    EXPECT_EQ(index.count(Sphere2f{{0, 0}, 1.8e19f}), 2u);
-    EXPECT_EQ(index.count(Sphere2f{{0, 0}, infinity}), 3u);
+    EXPECT_EQ(index.count(Sphere<2, float>{{0, 0}, 1.1e-19f}), 1u);
+    EXPECT_EQ(index.count(Sphere<2, float>{{0, 0}, 1.8e19f}), 2u);
+    EXPECT_EQ(index.count(Sphere<2, float>{{0, 0}, infinity}), 3u);
 }
 
 TEST(Refusals, OfObjectsLeaveTheIndexAsItWas)

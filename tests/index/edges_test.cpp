@@ -95,7 +95,7 @@ TEST(QueryFilters, ThatRefuseNearlyAllAreAskedInTheOrderOfIds)
             std::sort(expected.begin(), expected.end());
             if (expected.size() > most) expected.resize(most);
             asked = back = 0;
-            index.nearest(Nearest2f{{70, 75}, most}, found, {.accept = accept});
+            index.nearest(Nearest<2, float>{{70, 75}, most}, found, {.accept = accept});
             EXPECT_EQ(found, expected) << wanted << ' ' << most;
             EXPECT_LE(asked, 2 * count);
             EXPECT_TRUE(wanted > 1 || back <= count / 50) << wanted << " " << most;

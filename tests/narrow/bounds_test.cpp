@@ -99,13 +99,13 @@ TEST(Bounds, OfAHalfSpaceEndAtAPlaneAcrossAnAxis)
 
 TEST(Bounds, OfACompoundWithAHalfSpaceHoldTheOthers)
 {
-    using Child = Compound3::Child;
+    using Child = Compound<3>::Child;
     const Child ball{Shape3::sphere(1), Pose3d{{0, 10, 0}}}, ground{Shape3::half_space({0, 1, 0}, 0), {}};
     const Child deep{Shape3::box({1, 1, 1}), Pose3d{{0, -10, 0}}};
     for (const std::vector<Child>& children :
          {std::vector{ball, ground, deep}, std::vector{ground, deep, ball},
           std::vector{ball, deep, ground}}) {
-        const Compound3 compound{std::span<const Child>(children)};
+        const Compound<3> compound{std::span<const Child>(children)};
         const Aabb3d box = bounds(Shape3(compound), Pose3d{{0, 5, 0}});
         EXPECT_GE(box.hi[1], 16);
         EXPECT_LE(box.hi[1], 16 + 1e-12);

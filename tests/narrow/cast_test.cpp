@@ -614,7 +614,7 @@ TEST(Casts, OfWhatIsNoRayAreErrors)
     const std::vector<Shape3> shapes{ball, ball};
     const std::vector<Pose3d> poses{{}, {{5, 0, 0}}};
     std::vector<Ray3d> rays{{{0, 0, 0}, {1, 0, 0}}, {{0, 0, 0}, {0, 0, 0}}};
-    std::vector<CastHit3d> out(1);
+    std::vector<CastHit<3, double>> out(1);
     ContactFinder3d finder;
     const auto cast = [&](Pair pair) {
         return message([&] { finder.ray_casts(rays, {shapes, poses}, std::vector<Pair>{pair}, out); });

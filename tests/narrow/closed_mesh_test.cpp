@@ -154,7 +154,7 @@ TEST(ClosedMesh, WindsAsSolidAnglesSay)
         for (int k = 0; k < 60; ++k) {
             const Vec3d p = random_point(random, surface);
             const double distance = distance_by_loop(surface, p);
-            const SignedDistance3d at = solid.signed_distance(Pose3d{}, p);
+            const SignedDistance<double> at = solid.signed_distance(Pose3d{}, p);
             ASSERT_NEAR(std::abs(at.distance), distance, 1e-11);
             ASSERT_EQ(solid.contains(Pose3d{}, p), at.distance <= 0);
             if (distance < 1e-6) continue; // there solid angles are rounding

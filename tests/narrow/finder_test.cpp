@@ -537,7 +537,7 @@ TEST(PointContacts, AreTheDeepestPointsOfContacts)
     points_are_the_deepest_of_contacts<3, float>(true);
     points_are_the_deepest_of_contacts<3, double>(true);
     points_are_the_deepest_of_contacts<2, double>(true);
-    EXPECT_EQ(sizeof(PointContact3f), 60u);
+    EXPECT_EQ(sizeof(PointContact<3, float>), 60u);
 }
 
 } // namespace

@@ -194,7 +194,8 @@ TEST(FlatHulls, OfTwoDimensionsAreNotHitBeyondTheirTips)
         const double t = random.uniform(-1.5, 1.5), depth = std::min(t - first, last - t);
         if (std::abs(depth) < 1e-8 + 4 * noise) continue;
         const Vec2 way = across + along * random.uniform(-1, 1), from = along * t - way * 2.0;
-        const auto hit = ray_cast(Shape2(hull), Pose2d{}, Ray2d{{from.x, from.y}, {way.x, way.y}, 10});
+        const auto hit =
+            ray_cast(Shape2(hull), Pose2d{}, Ray<2, double>{{from.x, from.y}, {way.x, way.y}, 10});
         ASSERT_EQ(hit.has_value(), depth > 0) << round << ", depth " << depth << ", noise " << noise;
     }
 }

@@ -39,7 +39,7 @@ Soup apart(const std::vector<Vec3d>& vertices, const Triangles& triangles)
     return soup;
 }
 
-void expect_equal(const std::vector<Contact3d>& a, const std::vector<Contact3d>& b)
+void expect_equal(const std::vector<Contact<3, double>>& a, const std::vector<Contact<3, double>>& b)
 {
     ASSERT_EQ(a.size(), b.size());
     for (std::size_t i = 0; i < a.size(); ++i) {

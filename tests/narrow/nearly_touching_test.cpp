@@ -221,7 +221,7 @@ TEST(NearlyTouchingShapes, HaveAContactWithTheSurfaceThatTheyTouch)
         double heights[9];
         for (double& y : heights)
             y = 0.5 * height();
-        const HeightField field(HeightGridd{heights, 3, 3, 1.0, 1.0, 3.0});
+        const HeightField field(HeightGrid<double>{heights, 3, 3, 1.0, 1.0, 3.0});
         const Mesh3 mesh(std::vector<Vec3d>{{0, height(), 1}, {1, 0, 0}, {1, 0, 2}, {2, height(), 1}},
                          std::vector<Mesh3::Element>{{0, 2, 1}, {1, 2, 3}});
         std::vector<Vec3d> points(4 + random.below(3));

@@ -215,7 +215,7 @@ TYPED_TEST(EveryCombination, MirrorsShapesOfOneSizeInOnePose)
                 std::vector<double> heights(16);
                 for (std::size_t i = 5; i < 11; ++i)
                     heights[i] = i == 6 ? 0.5 : random.uniform(0, 0.25);
-                fields.emplace_back(HeightGridd{heights, 4, 4, 1, 1});
+                fields.emplace_back(HeightGrid<double>{heights, 4, 4, 1, 1});
             }
         if constexpr (Dim == 3) pairs.push_back({fields[0], fields[1]});
         Pose<Dim, T> pose = random_pose<Dim, T>(random, 1);

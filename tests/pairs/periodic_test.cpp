@@ -390,7 +390,7 @@ TEST(Periodic, BadInputIsAnErrorThatNamesTheBox)
     constexpr float infinity = std::numeric_limits<float>::infinity();
     constexpr auto none = jostle::Error::no_index;
     const std::vector<Aabb2f> good = {{{0, 0}, {1, 1}}, {{9.5f, 0}, {10.5f, 1}}, {{5, 5}, {6, 6}}};
-    jostle::PeriodicImages2f images;
+    jostle::PeriodicImages<2, float> images;
     images.build(good, {10, 10});
     const auto with = [&](std::size_t i, const Aabb2f& box) {
         std::vector<Aabb2f> boxes = good;
@@ -432,7 +432,7 @@ TEST(Periodic, BadInputIsAnErrorThatNamesTheBox)
     EXPECT_TRUE(images.boxes().empty());
     EXPECT_TRUE(found(images).empty());
     std::pmr::memory_resource* const nothing = nullptr;
-    EXPECT_THROW(jostle::PeriodicImages2f({.memory = nothing}), jostle::Error);
+    EXPECT_THROW(jostle::PeriodicImages3f({.memory = nothing}), jostle::Error);
 }
 
 TEST(Periodic, ASteadySceneAllocatesNothingAndRunningOutOfMemoryLeavesNoBoxes)

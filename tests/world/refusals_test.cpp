@@ -121,7 +121,7 @@ concept HasAny = requires(const Asked& asked, const Question& question) { asked.
 static_assert(HasFirst<World3f, jostle::Ray3f> && HasFirst<World3f, jostle::Sweep3f>);
 static_assert(!HasFirst<World3f, jostle::Sphere3f> && !HasFirst<World3f, jostle::Ray3d>);
 static_assert(HasAny<World3f, jostle::Ray3f> && HasAny<World3f, jostle::Sphere3f>);
-static_assert(!HasAny<World3f, jostle::Nearest3f> && !HasAny<World3f, jostle::Sphere2f>);
+static_assert(!HasAny<World3f, jostle::Nearest3f> && !HasAny<World3f, jostle::Sphere<2, float>>);
 static_assert(HasAny<jostle::BoxIndex3f, jostle::Frustum3f> &&
               !HasAny<jostle::BoxIndex3f, jostle::Nearest3f>);
 
