@@ -4,10 +4,10 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <memory>
 #include <memory_resource>
 #include <new>
-#include <ranges>
 #include <span>
 #include <type_traits>
 #include <utility>
@@ -51,10 +51,14 @@ namespace detail {
 /// The `Error` unless each number below order.size() is in there once.
 JOSTLE_API void check_order(std::span<const std::uint32_t> order);
 
+/// What lies one after another in an array: a vector, a span, a C array.
+template <class Array>
+using ValueIn = std::remove_reference_t<decltype(*std::data(std::declval<Array&>()))>;
+
 template <class Array>
 void apply_order_to(std::span<const std::uint32_t> order, Array& array)
 {
-    using Value = std::ranges::range_value_t<Array>;
+    using Value = ValueIn<Array>;
     struct Free
     {
         void operator()(Value* memory) const { std::allocator<Value>().deallocate(memory, size); }
@@ -63,7 +67,7 @@ void apply_order_to(std::span<const std::uint32_t> order, Array& array)
     const std::size_t count = order.size();
     if (count == 0) return;
     const std::unique_ptr<Value, Free> sorted(std::allocator<Value>().allocate(count), Free{count});
-    Value* const from = std::ranges::data(array);
+    Value* const from = std::data(array);
     Value* const to = sorted.get();
     constexpr ProcessOptions blocks{nullptr, 4096};
     process_items(
@@ -89,16 +93,16 @@ void apply_order_to(std::span<const std::uint32_t> order, Array& array)
 ///
 ///     jostle::apply_order(order, boxes, velocities, names);
 ///
-/// The arrays are contiguous ranges (vectors, spans, arrays), with one element each for every one of `order`;
-/// moving an element mustn't throw. Results of searches name positions: everything that is numbered like the
+/// The arrays are vectors, spans or C arrays, with one element each for every one of `order`; moving an
+/// element mustn't throw. Results of searches name positions: everything that is numbered like the
 /// boxes has to be put in order, too. A `World` needs nothing, for it goes by ids.
 ///
 /// Errors    `Error`, before anything is moved: size_mismatch for an array that is longer or shorter;
 ///           invalid_argument for an order that doesn't have every position once. `std::bad_alloc`, after
 ///           which some arrays may be in order and others not.
 /// Threads   works on default_executor(); one call at a time for the same arrays.
-template <std::ranges::contiguous_range... Arrays>
-    requires(std::is_nothrow_move_constructible_v<std::ranges::range_value_t<Arrays>> && ...)
+template <class... Arrays>
+    requires(std::is_nothrow_move_constructible_v<detail::ValueIn<Arrays>> && ...)
 void apply_order(std::span<const std::uint32_t> order, Arrays&&... arrays)
 {
     std::size_t number = 0;
@@ -106,7 +110,7 @@ void apply_order(std::span<const std::uint32_t> order, Arrays&&... arrays)
         if (size != order.size()) detail::throw_not_ordered(order.size(), size, number);
         ++number;
     };
-    (check(std::ranges::size(arrays)), ...);
+    (check(std::size(arrays)), ...);
     detail::check_order(order);
     (detail::apply_order_to(order, arrays), ...);
 }

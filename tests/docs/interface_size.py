@@ -1,0 +1,73 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""How much there is to read in include/jostle, and that it doesn't grow; and none of it is std::ranges.
+
+    interface_size.py          prints the counts, and fails where one is above its limit
+    interface_size.py --list   prints what is counted
+
+Whoever adds to the interface takes something out of it, or raises a limit and says why. Counted are what programs may name: not
+what lies in namespaces `detail` and `narrow`, nor chapter.hpp, which is for study. Functions count once for each overload; operators,
+constructors, and the arithmetic of vectors, poses and boxes don't count.
+"""
+import pathlib
+import re
+import sys
+
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE.parent / "c"))
+import reach  # noqa: E402
+
+# What there is; to be reached are 280 functions, 95 types, 60 aliases and 150 functions in C.
+LIMITS = {"functions": 352, "types": 96, "aliases": 56, "functions in C": 198}
+ARITHMETIC = {"vec.hpp", "pose.hpp"}
+ARITHMETIC_OF = {"Vec", "Pose", "Aabb"}
+
+
+def without_details(text):
+    """The declarations at the beginning of a line, but for those in namespaces that aren't for programs."""
+    out, closing = [], None
+    for line in reach.without_comments(text.replace("} // namespace", "} namespace end")).splitlines():
+        opened = re.match(r"namespace (detail|narrow) \{", line)
+        if opened:
+            closing = f"}} namespace end {opened[1]}"
+        if closing is None:
+            out.append(line)
+        elif line.startswith(closing):
+            closing = None
+    return "\n".join(out)
+
+
+def counted():
+    found = {what: [] for what in LIMITS}
+    for header in sorted(reach.HEADERS.glob("*.hpp")):
+        if header.name in reach.NOT_READ:
+            continue
+        text = header.read_text()
+        if header.name not in ARITHMETIC:
+            found["functions"] += [name for name in reach.functions(text) if name.split("::")[0] not in ARITHMETIC_OF and
+                                   not (header.name == "box.hpp" and "::" not in name and name != "box_view")]
+        text = without_details(text)
+        types = re.findall(r"^(?:struct|class|enum|enum class) +(\w+)(?:<[^;{]*>)?\s*(?:final\s*)?(?::[^;{]*)?\{", text, re.MULTILINE)
+        found["types"] += sorted(set(types) - {"hash"})  # of std; the others may be specialised
+        found["aliases"] += re.findall(r"^using (\w+) *=", text, re.MULTILINE)
+    in_c = (reach.HEADERS / "jostle.h").read_text()
+    found["functions in C"] = re.findall(r"^JOSTLE_C_API[^;(]*?\b(jostle_\w+)\(", in_c, re.MULTILINE)
+    return found
+
+
+def main():
+    found, above = counted(), []
+    for what, names in found.items():
+        print(f"{len(names)} {what}, {LIMITS[what]} at most")
+        if "--list" in sys.argv:
+            print("  " + "\n  ".join(sorted(names)))
+        if len(names) > LIMITS[what]:
+            above.append(what)
+    for header in reach.HEADERS.glob("*.hpp"):
+        if re.search(r"<ranges>|std::ranges", header.read_text()):
+            raise SystemExit(f"{header.name} names std::ranges: see CONTRIBUTING.md")
+    if above:
+        raise SystemExit(f"include/jostle has more {' and '.join(above)} than {HERE.name}/interface_size.py allows")
+
+
+main()
