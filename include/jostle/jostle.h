@@ -1073,13 +1073,14 @@ JOSTLE_C_API jostle_status jostle_shape_custom(int32_t dim, jostle_shape_type ty
 JOSTLE_C_API jostle_status jostle_shape_free(jostle_shape* shape, jostle_error* error);
 JOSTLE_C_API jostle_status jostle_shape_info_read(const jostle_shape* shape, jostle_shape_info* info,
                                                   jostle_error* error);
-/// The corners of a hull: dim doubles each; valid while the shape is.
+/// The corners of a hull, the vertices of a mesh: dim doubles each; valid while the shape is.
 JOSTLE_C_API jostle_status jostle_shape_vertices(const jostle_shape* shape, const double** vertices,
                                                  uint64_t* count, jostle_error* error);
 /// The faces of a hull (edges in 2D), the elements of a mesh.
 JOSTLE_C_API jostle_status jostle_shape_face_count(const jostle_shape* shape, uint64_t* count,
                                                    jostle_error* error);
-/// The corners of one face of a hull in 3D, counterclockwise seen from outside; valid while the shape is.
+/// The corners of one face of a hull in 3D, counterclockwise seen from outside, or of one element of a mesh,
+/// as numbers of vertices; valid while the shape is.
 JOSTLE_C_API jostle_status jostle_shape_face(const jostle_shape* shape, uint64_t face,
                                              const uint32_t** corners, uint64_t* count, jostle_error* error);
 

@@ -3,10 +3,14 @@
 
 #include <array>
 #include <concepts>
+#include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <memory>
+#include <optional>
 #include <span>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "jostle/box.hpp"
@@ -27,8 +31,66 @@ struct HeightData;
 struct ShapeAccess;
 } // namespace narrow
 
+namespace detail {
+
+template <class Range>
+using ItemOf = std::remove_cvref_t<decltype(std::declval<const Range&>()[std::size_t{}])>;
+
+/// Number `axis` of item i of a range of vectors, or of their numbers one after another.
+template <int Dim, class Range>
+constexpr auto number_of(const Range& range, std::size_t i, int axis)
+{
+    if constexpr (std::is_arithmetic_v<ItemOf<Range>>)
+        return range[i * axes<Dim> + static_cast<std::size_t>(axis)];
+    else
+        return VectorTraits<ItemOf<Range>>::get(range[i], axis);
+}
+template <int Dim, class Range>
+using NumberIn = decltype(number_of<Dim>(std::declval<const Range&>(), 0, 0));
+
+/// Containers and views of vectors of any kind, or of their numbers one after another.
+template <class Range, int Dim>
+concept PointRange = requires(const Range& range) {
+    std::size(range);
+    requires VectorLike<ItemOf<Range>, Dim> || std::is_arithmetic_v<ItemOf<Range>>;
+};
+template <class Range, int Dim>
+concept ElementRange = PointRange<Range, Dim> && std::integral<NumberIn<Dim, Range>>;
+template <int Dim, class Range>
+using PointIn = Vec<Dim, std::conditional_t<std::same_as<NumberIn<Dim, Range>, float>, float, double>>;
+
+[[noreturn]] JOSTLE_API void throw_not_whole(std::size_t numbers, std::size_t of_each);
+
+/// What is given as items of Dim numbers each: in place, or else a copy. An index that is below 0 or has more
+/// than 32 bits becomes the greatest, which is out of range.
+template <int Dim, class Item, class Range>
+auto items_of(const Range& range)
+{
+    if constexpr (std::convertible_to<const Range&, std::span<const Item>>) {
+        return std::span<const Item>(range);
+    } else {
+        constexpr std::size_t each = std::is_arithmetic_v<ItemOf<Range>> ? axes<Dim> : 1;
+        if (std::size(range) % each != 0) throw_not_whole(std::size(range), each);
+        std::vector<Item> items(std::size(range) / each);
+        for (std::size_t i = 0; i < items.size(); ++i)
+            for (int axis = 0; axis < Dim; ++axis) {
+                auto& to = items[i][static_cast<std::size_t>(axis)];
+                using To = std::remove_reference_t<decltype(to)>;
+                const auto from = number_of<Dim>(range, i, axis);
+                to = static_cast<To>(from);
+                if constexpr (std::integral<To>)
+                    if (!std::in_range<To>(from)) to = ~To{0};
+            }
+        return items;
+    }
+}
+
+} // namespace detail
+
 /// The convex hull of points: in 3D a polyhedron, in 2D a polygon.
 ///
+/// Points   any array, vector, span or StridedView of vectors, such as Vec3f, Eigen's, or your own (see
+///          VectorTraits), or of numbers: Dim for each point, one after another.
 /// Valid    at least one point, coordinates within 1e60. Flat, straight and one-point hulls are valid, of any
 ///          size.
 /// Exact    on which side of a face a point lies is decided exactly. Then faces that lie in one plane up to 8
@@ -47,20 +109,11 @@ template <int Dim>
 class JOSTLE_API ConvexHull
 {
   public:
-    template <Coordinate T>
-    explicit ConvexHull(std::span<const Vec<Dim, T>> points);
-    explicit ConvexHull(const std::vector<Vec<Dim, float>>& points)
-        : ConvexHull(std::span<const Vec<Dim, float>>(points))
+    template <detail::PointRange<Dim> Points>
+    explicit ConvexHull(const Points& points)
     {
-    }
-    explicit ConvexHull(const std::vector<Vec<Dim, double>>& points)
-        : ConvexHull(std::span<const Vec<Dim, double>>(points))
-    {
-    }
-    template <Coordinate T, std::size_t N>
-    explicit ConvexHull(const std::array<Vec<Dim, T>, N>& points)
-        : ConvexHull(std::span<const Vec<Dim, T>>(points))
-    {
+        using Point = detail::PointIn<Dim, Points>;
+        build(std::span<const Point>(detail::items_of<Dim, Point>(points)));
     }
     [[nodiscard]] std::span<const Vec<Dim, double>> vertices() const noexcept;
     /// Returns the number of faces in 3D, of edges in 2D; what is coplanar is one face.
@@ -71,6 +124,11 @@ class JOSTLE_API ConvexHull
 
   private:
     friend struct narrow::ShapeAccess;
+    explicit ConvexHull(std::shared_ptr<const narrow::HullData<Dim>> data) noexcept : data_(std::move(data))
+    {
+    }
+    template <Coordinate T>
+    void build(std::span<const Vec<Dim, T>> points);
     std::shared_ptr<const narrow::HullData<Dim>> data_;
 };
 
@@ -90,6 +148,8 @@ struct MeshOptions
 ///          that lie on others' sides have no contacts of their own.
 /// Valid    finite vertices, at least one element, indices below their count. Triangles without area are
 ///          valid: they are segments or points.
+/// Vertices any array, vector, span or StridedView of vectors or of numbers, as for a ConvexHull. So are
+///          elements: of arrays or vectors of indices, or of indices, Dim for each, one after another.
 /// Order    part numbers in contacts are positions in `elements`.
 /// Value    copies what it is given. Copies of it share that memory, which is read only.
 /// Cost     O(n log n) to build, about 2 us an element; 200 bytes an element, in 3D 350.
@@ -102,19 +162,26 @@ class JOSTLE_API Mesh
   public:
     using Element = std::array<std::uint32_t, static_cast<std::size_t>(Dim)>; ///< indices of vertices
 
-    template <Coordinate T>
-    Mesh(std::span<const Vec<Dim, T>> vertices, std::span<const Element> elements,
-         const MeshOptions& options = {});
-    template <Coordinate T>
-    Mesh(const std::vector<Vec<Dim, T>>& vertices, const std::vector<Element>& elements,
-         const MeshOptions& options = {})
-        : Mesh(std::span<const Vec<Dim, T>>(vertices), std::span<const Element>(elements), options)
+    template <detail::PointRange<Dim> Points, detail::ElementRange<Dim> Elements = std::vector<Element>>
+    Mesh(const Points& vertices, const Elements& elements, const MeshOptions& options = {})
     {
+        using Point = detail::PointIn<Dim, Points>;
+        build(std::span<const Point>(detail::items_of<Dim, Point>(vertices)),
+              std::span<const Element>(detail::items_of<Dim, Element>(elements)), options);
     }
     [[nodiscard]] std::size_t size() const noexcept; ///< elements
+    /// Returns a copy of the vertices, in the order given.
+    [[nodiscard]] std::vector<Vec<Dim, double>> vertices() const;
+    /// Returns the elements in the order given. Of vertices in the same place, or welded, they name the
+    /// first.
+    [[nodiscard]] std::span<const Element> elements() const noexcept;
 
   private:
     friend struct narrow::ShapeAccess;
+    explicit Mesh(std::shared_ptr<const narrow::MeshData<Dim>> data) noexcept : data_(std::move(data)) {}
+    template <Coordinate T>
+    void build(std::span<const Vec<Dim, T>> vertices, std::span<const Element> elements,
+               const MeshOptions& options);
     std::shared_ptr<const narrow::MeshData<Dim>> data_;
 };
 
@@ -146,9 +213,12 @@ class JOSTLE_API HeightField
   public:
     explicit HeightField(const HeightGrid<float>& grid);
     explicit HeightField(const HeightGrid<double>& grid);
+    /// Returns what it was made of. The heights are valid as long as the field or a copy of it is.
+    [[nodiscard]] HeightGrid<double> grid() const noexcept;
 
   private:
     friend struct narrow::ShapeAccess;
+    explicit HeightField(std::shared_ptr<const narrow::HeightData> data) noexcept : data_(std::move(data)) {}
     std::shared_ptr<const narrow::HeightData> data_;
 };
 
@@ -172,9 +242,13 @@ class JOSTLE_API Compound
         Pose<Dim, double> pose;
     };
     explicit Compound(std::span<const Child> children);
+    [[nodiscard]] std::span<const Child> children() const noexcept; ///< as given
 
   private:
     friend struct narrow::ShapeAccess;
+    explicit Compound(std::shared_ptr<const narrow::CompoundData<Dim>> data) noexcept : data_(std::move(data))
+    {
+    }
     std::shared_ptr<const narrow::CompoundData<Dim>> data_;
 };
 
@@ -278,6 +352,13 @@ class JOSTLE_API Shape
     [[nodiscard]] const Vec<Dim, double>& size() const noexcept { return size_; }
     /// Returns the offset of a half-space; else 0.
     [[nodiscard]] double offset() const noexcept { return type_ == ShapeTypes::half_space ? reach_ : 0; }
+    /// These return what the shape is made of, to draw it or to save it; nothing for shapes of other types.
+    /// It shares the memory of what the shape points to.
+    [[nodiscard]] std::optional<ConvexHull<Dim>> hull() const; ///< of rounded hulls as well
+    [[nodiscard]] std::optional<Mesh<Dim>> mesh() const;
+    [[nodiscard]] std::optional<HeightField> height_field() const
+        requires(Dim == 3);
+    [[nodiscard]] std::optional<Compound<Dim>> compound() const;
     [[nodiscard]] const CustomShape<Dim>* custom() const noexcept
     {
         return type_ >= ShapeTypes::first_custom ? static_cast<const CustomShape<Dim>*>(data_) : nullptr;

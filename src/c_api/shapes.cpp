@@ -291,8 +291,17 @@ jostle_status jostle_shape_vertices(const jostle_shape* shape, const double** ve
         wanted(count, "count");
         std::visit(
             [&](const auto& one) {
-                if (one.owned == nullptr || !one.owned->hull) refuse("the shape is not a hull");
-                const auto corners = one.owned->hull->vertices();
+                using Corners = std::span<const std::remove_cvref_t<decltype(one.owned->corners.front())>>;
+                Corners corners;
+                if (one.owned != nullptr && one.owned->hull) {
+                    corners = one.owned->hull->vertices();
+                } else if (one.owned != nullptr && one.owned->mesh) {
+                    std::call_once(one.owned->copied,
+                                   [&] { one.owned->corners = one.owned->mesh->vertices(); });
+                    corners = one.owned->corners;
+                } else {
+                    refuse("the shape is neither a hull nor a mesh");
+                }
                 *vertices = corners.empty() ? nullptr : corners.front().data();
                 *count = corners.size();
             },
@@ -322,14 +331,25 @@ jostle_status jostle_shape_face(const jostle_shape* shape, uint64_t face, const 
     return guarded(error, [&] {
         wanted(corners, "corners");
         wanted(count, "count");
-        const OneShape<3>& one = shape_of<3>(shape, "shape");
-        if (one.owned == nullptr || !one.owned->hull) refuse("the shape is not a hull");
-        if (face >= one.owned->hull->face_count())
-            refuse("the hull has " + std::to_string(one.owned->hull->face_count()) +
-                   " faces, and none of number " + std::to_string(face));
-        const auto found = one.owned->hull->face(static_cast<std::size_t>(face));
-        *corners = found.data();
-        *count = found.size();
+        std::visit(
+            [&]<int Dim>(const OneShape<Dim>& one) {
+                const auto number = [&](std::size_t faces, const char* of) {
+                    if (face >= faces)
+                        refuse("the " + std::string(of) + " has " + std::to_string(faces) +
+                               " faces, and none of number " + std::to_string(face));
+                    return static_cast<std::size_t>(face);
+                };
+                const bool is_mesh = one.owned != nullptr && one.owned->mesh;
+                const bool is_hull = Dim == 3 && one.owned != nullptr && one.owned->hull;
+                if (!is_mesh && !is_hull) refuse("the shape is neither a hull in 3D nor a mesh");
+                std::span<const std::uint32_t> found;
+                if (is_mesh) found = one.owned->mesh->elements()[number(one.owned->mesh->size(), "mesh")];
+                if constexpr (Dim == 3)
+                    if (is_hull) found = one.owned->hull->face(number(one.owned->hull->face_count(), "hull"));
+                *corners = found.data();
+                *count = found.size();
+            },
+            open(shape).shape);
     });
 }
 

@@ -3,6 +3,7 @@
 
 #include <concepts>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <type_traits>
 #include <variant>
@@ -50,6 +51,8 @@ struct Owned
     std::optional<Compound<Dim>> compound;
     std::optional<CallbackShape<Dim>> custom;
     std::vector<std::shared_ptr<const Owned>> children;
+    mutable std::once_flag copied;
+    mutable std::vector<Vec<Dim, double>> corners; ///< of a mesh, once they have been asked for
 };
 
 template <int Dim>

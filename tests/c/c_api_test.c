@@ -1207,6 +1207,10 @@ static void test_shapes_and_contacts(void)
     FAILS(jostle_shape_face(sphere, 0, &face, &count, &error), JOSTLE_INVALID_ARGUMENT, "hull");
     OK(jostle_shape_face_count(mesh, &count, &error));
     CHECK(count == 1);
+    OK(jostle_shape_face(mesh, 0, &face, &count, &error));
+    CHECK(count == 3 && face[0] == triangle[0] && face[1] == triangle[1] && face[2] == triangle[2]);
+    OK(jostle_shape_vertices(mesh, &vertices, &count, &error));
+    CHECK(count == 8 && vertices[3] == corners[1][0] && vertices[23] == corners[7][2]);
     OK(jostle_shape_info_read(capsule, &info, &error));
     CHECK(info.dim == 3 && info.type == JOSTLE_SHAPE_CAPSULE && info.radius == 0.5 && info.size[1] == 1);
     OK(jostle_shape_info_read(custom, &info, &error));

@@ -53,7 +53,7 @@ def half_space(normal: Any, offset: float = 0.0) -> Shape:
 
 
 def hull(points: Any) -> Shape:
-    """The convex hull of points (n, d). hull.vertices() and hull.faces() return the result."""
+    """The convex hull of points (n, d). hull.vertices() and hull.faces() return the result; a mesh has them, too."""
     given = _arrays.rows(points, "points")
     return _core.hull(_space(given, "points", given.shape[-1] if given.ndim else 0), given)
 

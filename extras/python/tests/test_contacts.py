@@ -49,6 +49,7 @@ def test_shapes_of_all_kinds():
     assert len(cube.vertices()) == 8 and [len(face) for face in cube.faces()] == [4] * 6
     ground = jostle.height_field(np.zeros((10, 10)))
     triangle = jostle.mesh(np.eye(3), [[0, 1, 2]])
+    assert np.array_equal(triangle.vertices(), np.eye(3)) and [face.tolist() for face in triangle.faces()] == [[0, 1, 2]]
     both = jostle.compound([jostle.sphere(1), cube], jostle.poses(np.array([[0.0, 0, 0], [2, 0, 0]])))
     shapes = jostle.Shapes([ground, cube, triangle, jostle.capsule(1, 0.5), jostle.box([1, 2, 3]), both])
     shapes.append(jostle.half_space([0, 1, 0]), 2)

@@ -332,7 +332,7 @@ void build(HullData<2>& data, const std::vector<Vec2>& given, double epsilon)
 
 template <int Dim>
 template <Coordinate T>
-ConvexHull<Dim>::ConvexHull(std::span<const Vec<Dim, T>> points)
+void ConvexHull<Dim>::build(std::span<const Vec<Dim, T>> points)
 {
     if (points.empty())
         throw Error(ErrorCode::invalid_argument, "a convex hull of no points; give at least one");
@@ -384,14 +384,22 @@ Shape<Dim>::Shape(const ConvexHull<Dim>& hull) noexcept
     const auto& data = narrow::ShapeAccess::data_of(hull);
     narrow::ShapeAccess::fill(*this, ShapeTypes::convex, data.reach, &data);
 }
+template <int Dim>
+std::optional<ConvexHull<Dim>> Shape<Dim>::hull() const
+{
+    return narrow::ShapeAccess::value_of<ConvexHull<Dim>>(*this,
+                                                          {ShapeTypes::convex, ShapeTypes::rounded_hull});
+}
 
 template class ConvexHull<2>;
 template class ConvexHull<3>;
-template JOSTLE_API ConvexHull<2>::ConvexHull(std::span<const Vec<2, float>>);
-template JOSTLE_API ConvexHull<2>::ConvexHull(std::span<const Vec<2, double>>);
-template JOSTLE_API ConvexHull<3>::ConvexHull(std::span<const Vec<3, float>>);
-template JOSTLE_API ConvexHull<3>::ConvexHull(std::span<const Vec<3, double>>);
+template JOSTLE_API void ConvexHull<2>::build(std::span<const Vec<2, float>>);
+template JOSTLE_API void ConvexHull<2>::build(std::span<const Vec<2, double>>);
+template JOSTLE_API void ConvexHull<3>::build(std::span<const Vec<3, float>>);
+template JOSTLE_API void ConvexHull<3>::build(std::span<const Vec<3, double>>);
 template JOSTLE_API Shape<2>::Shape(const ConvexHull<2>&) noexcept;
 template JOSTLE_API Shape<3>::Shape(const ConvexHull<3>&) noexcept;
+template JOSTLE_API std::optional<ConvexHull<2>> Shape<2>::hull() const;
+template JOSTLE_API std::optional<ConvexHull<3>> Shape<3>::hull() const;
 
 JOSTLE_NAMESPACE_END

@@ -249,6 +249,7 @@ std::shared_ptr<HeightData> make_heights(const HeightGrid<T>& grid)
     data->rows = grid.rows;
     data->spacing_x = grid.spacing_x;
     data->spacing_z = grid.spacing_z;
+    data->thickness = grid.thickness;
     data->heights.reserve(grid.heights.size());
     double lowest = HUGE_VAL;
     data->highest = -HUGE_VAL;
@@ -270,10 +271,17 @@ std::shared_ptr<HeightData> make_heights(const HeightGrid<T>& grid)
 } // namespace
 } // namespace narrow
 
+void detail::throw_not_whole(std::size_t numbers, std::size_t of_each)
+{
+    throw Error(ErrorCode::size_mismatch, "there are " + std::to_string(numbers) + " numbers; give " +
+                                              std::to_string(of_each) +
+                                              " for each point or element, one after another");
+}
+
 template <int Dim>
 template <Coordinate T>
-Mesh<Dim>::Mesh(std::span<const Vec<Dim, T>> vertices, std::span<const Element> elements,
-                const MeshOptions& options)
+void Mesh<Dim>::build(std::span<const Vec<Dim, T>> vertices, std::span<const Element> elements,
+                      const MeshOptions& options)
 {
     if (!(options.weld >= 0) || !(options.weld <= narrow::longest))
         throw Error(ErrorCode::invalid_argument, "the weld of a mesh is " + narrow::text(options.weld) +
@@ -318,9 +326,27 @@ std::size_t Mesh<Dim>::size() const noexcept
 {
     return data_->elements.size();
 }
+template <int Dim>
+std::vector<Vec<Dim, double>> Mesh<Dim>::vertices() const
+{
+    std::vector<Vec<Dim, double>> all(data_->vertices.size());
+    for (std::size_t v = 0; v < all.size(); ++v)
+        narrow::store(data_->vertices[v], all[v]);
+    return all;
+}
+template <int Dim>
+std::span<const typename Mesh<Dim>::Element> Mesh<Dim>::elements() const noexcept
+{
+    return data_->elements;
+}
 
 HeightField::HeightField(const HeightGrid<float>& grid) : data_(narrow::make_heights(grid)) {}
 HeightField::HeightField(const HeightGrid<double>& grid) : data_(narrow::make_heights(grid)) {}
+HeightGrid<double> HeightField::grid() const noexcept
+{
+    return {data_->heights,   data_->columns,   data_->rows,
+            data_->spacing_x, data_->spacing_z, data_->thickness};
+}
 
 template <int Dim>
 Compound<Dim>::Compound(std::span<const Child> children)
@@ -353,8 +379,14 @@ Compound<Dim>::Compound(std::span<const Child> children)
         if (reach < HUGE_VAL) data->extent = std::max(data->extent, narrow::length(frame.p) + reach);
         data->children.push_back({child.shape, frame});
     }
+    data->given.assign(children.begin(), children.end());
     narrow::build_tree(*data);
     data_ = std::move(data);
+}
+template <int Dim>
+std::span<const typename Compound<Dim>::Child> Compound<Dim>::children() const noexcept
+{
+    return data_->given;
 }
 
 template <int Dim>
@@ -376,23 +408,44 @@ Shape<Dim>::Shape(const Compound<Dim>& compound) noexcept
     const auto& data = narrow::ShapeAccess::data_of(compound);
     narrow::ShapeAccess::fill(*this, ShapeTypes::compound, data.reach, &data);
 }
+template <int Dim>
+std::optional<Mesh<Dim>> Shape<Dim>::mesh() const
+{
+    return narrow::ShapeAccess::value_of<Mesh<Dim>>(*this, {ShapeTypes::mesh});
+}
+template <int Dim>
+std::optional<HeightField> Shape<Dim>::height_field() const
+    requires(Dim == 3)
+{
+    return narrow::ShapeAccess::value_of<HeightField>(*this, {ShapeTypes::height_field});
+}
+template <int Dim>
+std::optional<Compound<Dim>> Shape<Dim>::compound() const
+{
+    return narrow::ShapeAccess::value_of<Compound<Dim>>(*this, {ShapeTypes::compound});
+}
 
 template class Mesh<2>;
 template class Mesh<3>;
 template class Compound<2>;
 template class Compound<3>;
-template JOSTLE_API Mesh<2>::Mesh(std::span<const Vec<2, float>>, std::span<const Element>,
-                                  const MeshOptions&);
-template JOSTLE_API Mesh<2>::Mesh(std::span<const Vec<2, double>>, std::span<const Element>,
-                                  const MeshOptions&);
-template JOSTLE_API Mesh<3>::Mesh(std::span<const Vec<3, float>>, std::span<const Element>,
-                                  const MeshOptions&);
-template JOSTLE_API Mesh<3>::Mesh(std::span<const Vec<3, double>>, std::span<const Element>,
-                                  const MeshOptions&);
+template JOSTLE_API void Mesh<2>::build(std::span<const Vec<2, float>>, std::span<const Element>,
+                                        const MeshOptions&);
+template JOSTLE_API void Mesh<2>::build(std::span<const Vec<2, double>>, std::span<const Element>,
+                                        const MeshOptions&);
+template JOSTLE_API void Mesh<3>::build(std::span<const Vec<3, float>>, std::span<const Element>,
+                                        const MeshOptions&);
+template JOSTLE_API void Mesh<3>::build(std::span<const Vec<3, double>>, std::span<const Element>,
+                                        const MeshOptions&);
 template JOSTLE_API Shape<2>::Shape(const Mesh<2>&) noexcept;
 template JOSTLE_API Shape<3>::Shape(const Mesh<3>&) noexcept;
 template JOSTLE_API Shape<3>::Shape(const HeightField&) noexcept;
 template JOSTLE_API Shape<2>::Shape(const Compound<2>&) noexcept;
 template JOSTLE_API Shape<3>::Shape(const Compound<3>&) noexcept;
+template JOSTLE_API std::optional<Mesh<2>> Shape<2>::mesh() const;
+template JOSTLE_API std::optional<Mesh<3>> Shape<3>::mesh() const;
+template JOSTLE_API std::optional<HeightField> Shape<3>::height_field() const;
+template JOSTLE_API std::optional<Compound<2>> Shape<2>::compound() const;
+template JOSTLE_API std::optional<Compound<3>> Shape<3>::compound() const;
 
 JOSTLE_NAMESPACE_END

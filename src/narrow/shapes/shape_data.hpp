@@ -2,9 +2,14 @@
 // What shapes point to.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <initializer_list>
 #include <memory>
+#include <optional>
 #include <string>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "jostle/contact.hpp"
@@ -56,7 +61,7 @@ struct Polytope
 };
 
 template <>
-struct HullData<3>
+struct HullData<3> : std::enable_shared_from_this<HullData<3>>
 {
     std::vector<Vec<3, double>> corners;
     std::vector<double> coordinates, normals, offsets;
@@ -70,7 +75,7 @@ struct HullData<3>
 };
 
 template <>
-struct HullData<2>
+struct HullData<2> : std::enable_shared_from_this<HullData<2>>
 {
     std::vector<Vec<2, double>> corners; ///< as given in order
     std::vector<Vec2> loop;              ///< counterclockwise
@@ -89,7 +94,7 @@ struct TreeNode
 };
 
 template <int Dim>
-struct MeshData
+struct MeshData : std::enable_shared_from_this<MeshData<Dim>>
 {
     std::vector<V<Dim>> vertices;
     /// Of vertices at the same place, or welded, all name the first.
@@ -128,12 +133,13 @@ struct MeshData
     }
 };
 
-struct HeightData
+struct HeightData : std::enable_shared_from_this<HeightData>
 {
     std::vector<double> heights;
     std::uint32_t columns = 0, rows = 0;
     double spacing_x = 1, spacing_z = 1;
-    double floor = 0; ///< where the ground ends below
+    double thickness = 0; ///< as given
+    double floor = 0;     ///< where the ground ends below
     double highest = 0;
     double reach = 0;
 
@@ -169,7 +175,7 @@ struct HeightData
 };
 
 template <int Dim>
-struct CompoundData
+struct CompoundData : std::enable_shared_from_this<CompoundData<Dim>>
 {
     struct Child
     {
@@ -177,6 +183,7 @@ struct CompoundData
         Frame<Dim> frame;
     };
     std::vector<Child> children;
+    std::vector<typename Compound<Dim>::Child> given;
     std::vector<TreeNode> nodes;      ///< over boxes that hold the children, endless ones as well
     std::vector<std::uint32_t> order; ///< children, leaf by leaf
     double reach = 0;
@@ -287,6 +294,14 @@ struct ShapeAccess
     static const auto& data_of(const Value& value)
     {
         return *value.data_;
+    }
+    /// The hull, mesh and so on that a shape points to, if it is of one of these types.
+    template <class Value, int Dim>
+    static std::optional<Value> value_of(const Shape<Dim>& shape, std::initializer_list<ShapeType> types)
+    {
+        using Data = std::remove_cvref_t<decltype(*std::declval<Value&>().data_)>;
+        if (std::find(types.begin(), types.end(), shape.type_) == types.end()) return {};
+        return Value(data<Data>(shape).shared_from_this());
     }
     template <class Value, class Data>
     static void set(Value& value, std::shared_ptr<const Data> data)
