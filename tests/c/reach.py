@@ -41,7 +41,7 @@ def name_of(declaration):
     """The function that a declaration declares, or None."""
     text = re.sub(r"\[\[.*?\]\]", "", declaration)
     text = re.sub(r"->", " ", text)
-    if "operator" in text or re.match(r"\s*(using|typedef|friend|static_assert|extern|concept)\b", text):
+    if "operator" in text or re.search(r"=\s*delete\b", text) or re.match(r"\s*(using|typedef|friend|static_assert|extern|concept)\b", text):
         return None
     text = re.sub(r"\btemplate\s*<", "<", text)
     text = without_brackets(text, "<", ">")
@@ -92,12 +92,13 @@ def functions(text):
                                "access": "private" if re.search(r"\bclass\s", without_brackets(statement, "<", ">"))
                                else "public"})
             else:
-                if "enum" not in statement:
-                    record(statement)
                 body = end_of_body(position)
                 # A member's initialiser or a default argument goes on; a function's body ends it.
+                goes_on = re.match(r"\s*[;,)]", text[body:])
+                if "enum" not in statement and not goes_on:
+                    record(statement)
                 position = body
-                statement = "" if not re.match(r"\s*[;,)]", text[body:]) else statement + " "
+                statement = statement + " " if goes_on else ""
                 continue
             statement = ""
         elif letter == "}":

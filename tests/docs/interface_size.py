@@ -17,8 +17,8 @@ HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent / "c"))
 import reach  # noqa: E402
 
-# What there is; to be reached are 280 functions, 95 types, 60 aliases and 150 functions in C.
-LIMITS = {"functions": 352, "types": 96, "aliases": 56, "functions in C": 198}
+# To be reached are also 95 types and 150 functions in C.
+LIMITS = {"functions": 280, "types": 96, "aliases": 56, "functions in C": 198}
 ARITHMETIC = {"vec.hpp", "pose.hpp"}
 ARITHMETIC_OF = {"Vec", "Pose", "Aabb"}
 
