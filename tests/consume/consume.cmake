@@ -1,5 +1,5 @@
-# cmake -D source= -D scratch= -D how=find_package|pkg_config|subdirectory|tool [-D install=BUILD_FOLDER] [-D flags=] [-D with_mpi=ON]
-#   -P consume.cmake
+# cmake -D source= -D scratch= -D how=find_package|pkg_config|one_part|subdirectory|tool [-D install=BUILD_FOLDER] [-D part=]
+#   [-D flags=] [-D with_mpi=ON] -P consume.cmake
 #
 # Installs Jostle from its build folder and builds and runs the project beside this file with it, or runs the
 # installed command.
@@ -18,7 +18,10 @@ endfunction()
 
 if(install)
   # Moved afterwards: nothing installed may know where it was put.
-  step(${CMAKE_COMMAND} --install ${install} --prefix ${scratch}/installed)
+  if(part)
+    set(component --component ${part})
+  endif()
+  step(${CMAKE_COMMAND} --install ${install} --prefix ${scratch}/installed ${component})
   file(RENAME ${scratch}/installed ${prefix})
 endif()
 
@@ -28,6 +31,62 @@ if(how STREQUAL "tool")
     OUTPUT_VARIABLE output RESULT_VARIABLE result)
   if(NOT result EQUAL 0 OR NOT output MATCHES "^moved/share/jostle/tumble.jrec: 1,500 boxes.*\n  jostle pairs ")
     message(FATAL_ERROR "jostle demo (${result}) doesn't play the recording installed with it: ${output}")
+  endif()
+  return()
+endif()
+
+if(how STREQUAL "one_part")
+  # The part and those that it needs, and no more: each is whole with those before it.
+  set(parts pairs world contacts)
+  list(FIND parts ${part} last)
+  math(EXPR count "${last} + 1")
+  list(SUBLIST parts 0 ${count} there)
+  list(TRANSFORM there REPLACE "(.+)" "libjostle_\\1.a" OUTPUT_VARIABLE wanted)
+  list(SORT wanted)
+  file(GLOB_RECURSE archives ${prefix}/*.a)
+  list(TRANSFORM archives REPLACE ".*/" "")
+  list(SORT archives)
+  if(NOT archives STREQUAL wanted)
+    message(FATAL_ERROR "The component ${part} installs ${archives} in place of ${wanted}")
+  endif()
+  # Its headers include each other alone, and no header belongs to nobody.
+  file(GLOB headers ${prefix}/include/jostle/*)
+  if(part STREQUAL "contacts")
+    list(TRANSFORM headers REPLACE ".*/" "" OUTPUT_VARIABLE installed)
+    list(APPEND installed chapter.hpp jostle.hpp)
+    list(SORT installed)
+    file(GLOB all RELATIVE ${source}/include/jostle ${source}/include/jostle/*.hpp)
+    list(SORT all)
+    if(NOT installed STREQUAL all)
+      message(FATAL_ERROR "Of ${all}, the parts install ${installed}; cmake/install.cmake has a list")
+    endif()
+  endif()
+  set(includes "")
+  foreach(header IN LISTS headers)
+    string(APPEND includes "#include \"${header}\"\n")
+  endforeach()
+  file(WRITE ${scratch}/headers.cpp "${includes}")
+  step(c++ -std=c++20 -fsyntax-only -I${prefix}/include ${scratch}/headers.cpp)
+  # By pkg-config, and by find_package, which has these parts and no other.
+  file(GLOB_RECURSE pc ${prefix}/jostle-${part}.pc)
+  get_filename_component(pc_dir ${pc} DIRECTORY)
+  set(ENV{PKG_CONFIG_PATH} ${pc_dir})
+  execute_process(COMMAND pkg-config --cflags --libs jostle-${part} OUTPUT_VARIABLE flags RESULT_VARIABLE result
+    OUTPUT_STRIP_TRAILING_WHITESPACE)
+  separate_arguments(flags UNIX_COMMAND "${flags}")
+  step(c++ -std=c++20 ${project}/${part}.cpp -o ${scratch}/${part} ${flags})
+  step(${scratch}/${part})
+  list(JOIN there " " there)
+  file(WRITE ${scratch}/alone/CMakeLists.txt "cmake_minimum_required(VERSION 3.20)\nproject(alone LANGUAGES CXX)\n"
+    "find_package(jostle 0.3 REQUIRED COMPONENTS ${there} \${more})\n"
+    "add_executable(alone ${project}/${part}.cpp)\ntarget_link_libraries(alone PRIVATE jostle::${part})\n")
+  set(configure ${CMAKE_COMMAND} -S ${scratch}/alone -B ${scratch}/alone/build -G Ninja -D CMAKE_PREFIX_PATH=${prefix})
+  step(${configure})
+  step(${CMAKE_COMMAND} --build ${scratch}/alone/build)
+  step(${scratch}/alone/build/alone)
+  execute_process(COMMAND ${configure} -D more=chapter RESULT_VARIABLE result OUTPUT_QUIET ERROR_VARIABLE told)
+  if(result EQUAL 0 OR NOT told MATCHES "no component chapter")
+    message(FATAL_ERROR "find_package of a part that isn't installed (${result}) says: ${told}")
   endif()
   return()
 endif()
