@@ -85,7 +85,7 @@ int main(int argc, char** argv)
     std::vector<jostle::Sphere3f> views;
     std::vector<jostle::Ray3f> rays(shots);
     std::vector<std::uint32_t> shooters(shots);
-    std::vector<jostle::Hit<float, ObjectId>> first(shots);
+    std::vector<jostle::Hit<float, jostle::ObjectId>> first(shots);
     const auto tick = [&] {
         for (std::size_t i = match.random() % 20; i < players; i += 20) { // one in twenty moves
             for (int d = 0; d < 2; ++d)
@@ -118,7 +118,7 @@ int main(int argc, char** argv)
             return id.index >= players || team(id.index) != team(shooters[shot]);
         };
         world.first(rays, first, {.mask = player | prop, .accept = can_hit});
-        for (const jostle::Hit<float, ObjectId>& hit : first)
+        for (const jostle::Hit<float, jostle::ObjectId>& hit : first)
             if (hit.id != jostle::ObjectId{}) ++hits, tell(hit.id.index);
     };
 

@@ -169,7 +169,7 @@ Parts run_server(const BenchOptions& options, jostle::Executor& executor)
     Sum moves, sights, shots;
     std::vector<jostle::ObjectId> moved;
     jostle::ResultLists<jostle::ObjectId> seen;
-    std::vector<jostle::Hit<float, ObjectId>> hits(match.rays.size());
+    std::vector<jostle::Hit<float, jostle::ObjectId>> hits(match.rays.size());
     for (std::uint32_t k = 0; k < options.frames; ++k) {
         match.tick();
         moved.clear();

@@ -445,7 +445,7 @@ class OursAsked final : public WorldSystem
                 for (const ObjectId id : ids_[i])
                     answers.add_object(i, world_.number(id));
             } else {
-                for (const jostle::Hit<float, ObjectId>& hit : hits_[i])
+                for (const jostle::Hit<float, jostle::ObjectId>& hit : hits_[i])
                     answers.add_distance(i, hit.at);
             }
         }
@@ -462,10 +462,10 @@ class OursAsked final : public WorldSystem
     const jostle_bench::Questions& questions_;
     const bool is_masked_;
     const jostle::ObjectQueryFilter filter_;
-    std::vector<jostle::Hit<float, ObjectId>> firsts_;
+    std::vector<jostle::Hit<float, jostle::ObjectId>> firsts_;
     std::vector<std::uint64_t> counts_;
     jostle::ResultLists<ObjectId> ids_;
-    jostle::ResultLists<jostle::Hit<float, ObjectId>> hits_;
+    jostle::ResultLists<jostle::Hit<float, jostle::ObjectId>> hits_;
     double index_ms_ = 0;
 };
 

@@ -164,9 +164,9 @@ class Input
         const T value = coordinate<T>();
         return std::isfinite(value) ? value : T(0);
     }
-    /// A valid box.
+    /// A valid box, or, if `bad`, also one with NaN or upside down.
     template <int Dim, class T>
-    jostle::Aabb<Dim, T> box()
+    jostle::Aabb<Dim, T> box(bool bad = false)
     {
         jostle::Aabb<Dim, T> box;
         const std::uint32_t kind = below(8);
@@ -174,9 +174,11 @@ class Input
             T lo = coordinate<T>(), hi = lo;
             if (kind < 4) hi = lo + static_cast<T>(number<std::uint8_t>()) / 4;
             if (kind >= 5) hi = coordinate<T>();
-            if (std::isnan(lo)) lo = 0;
-            if (std::isnan(hi)) hi = lo;
-            if (lo > hi) std::swap(lo, hi);
+            if (!bad) {
+                if (std::isnan(lo)) lo = 0;
+                if (std::isnan(hi)) hi = lo;
+                if (lo > hi) std::swap(lo, hi);
+            }
             box.lo[d] = lo;
             box.hi[d] = hi;
         }

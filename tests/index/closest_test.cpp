@@ -36,7 +36,7 @@ template <int Dim, class T>
 void compare(const Twin<Dim, T>& one, const Twin<Dim, T>& other, T max_distance)
 {
     const bool same = &one == &other;
-    const auto closest = [&](PairHitVisitor<T> visitor) {
+    const auto closest = [&](typename BoxIndex<Dim, T>::ClosestVisitor visitor) {
         return same ? one.index.closest_pairs(visitor, max_distance)
                     : one.index.closest_pairs(other.index, visitor, max_distance);
     };

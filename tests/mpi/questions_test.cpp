@@ -125,7 +125,7 @@ class Asker
 
   private:
     using Hit = jostle::mpi::ObjectHit<T>;
-    using HitOfOne = jostle::ObjectHit<T>;
+    using HitOfOne = jostle::Hit<T, jostle::ObjectId>;
 
     T coordinate()
     {

@@ -119,9 +119,9 @@ TEST(GivenShapes, AreReadBackFromShapes)
     const ConvexHull3 hull(corners);
     const Mesh3 mesh(corners, {{0, 1, 2}, {3, 4, 1}});
     const std::vector<float> heights = {0, 1, 2, 0.5f, 0.25f, 4};
-    const HeightField field(HeightGridf{heights, 3, 2, 0.5f, 2, 7});
-    const Compound3::Child children[] = {{Shape3::sphere(2), {{1, 2, 3}}}, {hull, {{}, {0, 0, 2, 0}}}};
-    const Compound3 compound(children);
+    const HeightField field(HeightGrid<float>{heights, 3, 2, 0.5f, 2, 7});
+    const Compound<3>::Child children[] = {{Shape3::sphere(2), {{1, 2, 3}}}, {hull, {{}, {0, 0, 2, 0}}}};
+    const Compound<3> compound(children);
     const ConvexHull2 flat(std::vector<Vec2d>{{0, 0}, {1, 0}, {0, 1}});
 
     EXPECT_EQ(Shape3(hull).hull()->vertices().data(), hull.vertices().data()) << "the same memory";
@@ -130,7 +130,7 @@ TEST(GivenShapes, AreReadBackFromShapes)
     EXPECT_EQ(Shape3(mesh).mesh()->vertices(), corners);
     EXPECT_EQ(Shape3(mesh).mesh()->elements()[1], (Mesh3::Element{3, 4, 1}));
     const auto read = Shape3(field).height_field();
-    const HeightGridd grid = read->grid();
+    const HeightGrid<double> grid = read->grid();
     EXPECT_EQ(std::vector<double>(grid.heights.begin(), grid.heights.end()),
               std::vector<double>(heights.begin(), heights.end()));
     EXPECT_TRUE(grid.columns == 3 && grid.rows == 2 && grid.spacing_x == 0.5 && grid.spacing_z == 2 &&

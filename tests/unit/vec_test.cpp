@@ -173,7 +173,7 @@ TEST(Vec, FitsEverywhere)
     EXPECT_EQ(hit->at, 5);
     EXPECT_EQ(world.count(jostle::Sphere3f{eye, 5}), 1u);
     EXPECT_TRUE(world.any(jostle::Sweep3f{{eye, eye}, direction, 5}));
-    std::vector<jostle::Hit<float, ObjectId>> near;
+    std::vector<jostle::Hit<float, jostle::ObjectId>> near;
     world.nearest(jostle::Nearest3f{eye, 8}, near);
     ASSERT_EQ(near.size(), 1u);
     EXPECT_EQ(near[0].at, 25);

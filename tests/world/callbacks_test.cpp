@@ -122,7 +122,7 @@ TEST(World, NoUpdateOrRestoreInsideAQuestionOrADrawing)
     filter.accept = accept;
     const jostle::Ray3f ray{{-1, 0.5f, 0.5f}, {1, 0, 0}};
     std::vector<ObjectId> ids;
-    std::vector<jostle::Hit<float, ObjectId>> hits;
+    std::vector<jostle::Hit<float, jostle::ObjectId>> hits;
     jostle::ResultLists<ObjectId> lists;
     const std::vector<jostle::Aabb3f> boxes(3, cube(0));
     (void)world.first(ray, filter);

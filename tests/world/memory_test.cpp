@@ -139,9 +139,9 @@ TEST(Memory, ListsOfAnswersTakeNoneBesideTheirOwn)
     std::vector<std::byte> bytes(std::size_t{1} << 26);
     std::pmr::monotonic_buffer_resource own(bytes.data(), bytes.size(), std::pmr::null_memory_resource());
     jostle::ResultLists<ObjectId> found, found_by_four(&own);
-    jostle::ResultLists<jostle::Hit<float, ObjectId>> nearest, nearest_by_four(&own);
+    jostle::ResultLists<jostle::Hit<float, jostle::ObjectId>> nearest, nearest_by_four(&own);
     std::vector<ObjectId> one(256), others(8);
-    std::vector<jostle::Hit<float, ObjectId>> hits(250);
+    std::vector<jostle::Hit<float, jostle::ObjectId>> hits(250);
     const auto ask = [&] {
         world.all(first(256), one);
         world.nearest(near[0], hits);
@@ -273,7 +273,7 @@ TEST(Memory, AFailedQuestionOrSnapshotChangesNothing)
     const std::vector<std::byte> saved = churn.world->save();
     const auto unchanged = [&](std::uint64_t) { ASSERT_EQ(churn.world->save(), saved); };
     const jostle::Ray<3, float> ray{{0, 0, 0}, {1, 1, 1}};
-    std::vector<jostle::Hit<float, ObjectId>> hits;
+    std::vector<jostle::Hit<float, jostle::ObjectId>> hits;
     EXPECT_GT(starve([&] { (void)churn.world->all(ray, hits); }, unchanged), 0u);
     EXPECT_FALSE(hits.empty());
     EXPECT_GT(starve([&] { (void)churn.world->pairs(); }, unchanged), 0u);

@@ -253,7 +253,7 @@ class Questions
     /// The closest pairs whose filters agree, up to where there are some hundreds at most.
     void closest(std::string& wrong)
     {
-        using Hit = jostle::PairHit<T, ObjectId>;
+        using Hit = jostle::PairHit<T, jostle::ObjectId>;
         if (world_.stats().refused != 0) return; // only the world knows which
         if (there_.size() > 500) return;         // there are too many pairs
         const T most = 1;
@@ -285,7 +285,7 @@ class Questions
     template <class InOrder>
     void closest_of_two(T most, const InOrder& in_order, std::string& wrong)
     {
-        using Hit = jostle::PairHit<T, ObjectId>;
+        using Hit = jostle::PairHit<T, jostle::ObjectId>;
         const jostle::World<Dim, T> fork = to_fork_.fork();
         std::vector<There> others;
         for (std::uint32_t i = 0; i < fork.index_end(); ++i) {

@@ -276,7 +276,7 @@ TEST(Questions, CountThoseAtRestAndTheOthersTogether)
         (void)world.add({{x, 0, 0}, {x + 1, 1, 1}});
     }
     world.update();
-    std::vector<jostle::Hit<float, ObjectId>> hits;
+    std::vector<jostle::Hit<float, jostle::ObjectId>> hits;
     world.nearest(jostle::Nearest3f{{0, 0, 0}, 10}, hits);
     ASSERT_EQ(hits.size(), 4u);
     EXPECT_EQ(hits[0].id, rests);
@@ -311,7 +311,7 @@ TEST(Questions, ByALayerSeeFiltersAheadOfTheUpdate)
         found.clear();
         world.visit(
             jostle::Ray3f{{-1, 0.5f, 0.5f}, {1, 0, 0}},
-            [&](const jostle::Hit<float, ObjectId>& hit, float&) { return found.push_back(hit.id), true; },
+            [&](const jostle::Hit<float, jostle::ObjectId>& hit, float&) { return found.push_back(hit.id), true; },
             wanted);
         EXPECT_EQ(found, expected);
         std::pmr::vector<jostle::Pair> joined;
@@ -354,7 +354,7 @@ TEST(Questions, VisitorsAreWarnedAndGetOneOrder)
     // In it, commands may be queued and questions asked, but no update made.
     int calls = 0;
     const jostle::Ray3f along{{-1, 0.5f, 0.5f}, {1, 0, 0}};
-    world.visit(along, [&](const jostle::Hit<float, ObjectId>& hit, float&) {
+    world.visit(along, [&](const jostle::Hit<float, jostle::ObjectId>& hit, float&) {
         EXPECT_THROW(world.update(), jostle::Error);
         world.remove(hit.id);
         EXPECT_EQ(world.first(along)->at, 1);

@@ -326,7 +326,7 @@ class Whole
             other_.apply();
         else
             other_.update();
-        using Hit = jostle::PairHit<T, ObjectId>;
+        using Hit = jostle::PairHit<T, jostle::ObjectId>;
         std::map<std::pair<std::uint32_t, std::uint32_t>, T> expected, found;
         for (const auto& [index, thing] : churn_.twin.things)
             for (const auto& [at, each] : others_)

@@ -343,7 +343,7 @@ class Inquiry
         if constexpr (std::is_same_v<Item, ObjectHit<T>>) {
             own_.region.searched().visit(
                 line,
-                [&](const jostle::ObjectHit<T>& hit, T& bound) {
+                [&](const jostle::Hit<T, jostle::ObjectId>& hit, T& bound) {
                     if (hit.at > limit) return false;
                     const Found found = own_.region.found(hit.id);
                     items.push_back({found.id, found.rank, hit.at});
@@ -547,7 +547,7 @@ std::uint64_t World<Dim, T>::count_owned(const Question& question, const QueryFi
                                                const QueryFilter&) const;
 #define JOSTLE_WORLD(Dim, T)                                                                                 \
     JOSTLE_ABOUT_ALL(Dim, T, const QueryFilter&)                                                             \
-    JOSTLE_ABOUT_ALL(Dim, T, std::span<const QueryFilter>)                                                      \
+    JOSTLE_ABOUT_ALL(Dim, T, std::span<const QueryFilter>)                                                   \
     JOSTLE_LINE_OWNED(Dim, T, Ray)                                                                           \
     JOSTLE_LINE_OWNED(Dim, T, Sweep)                                                                         \
     JOSTLE_REGION_OWNED(Dim, T, Aabb)                                                                        \
