@@ -217,21 +217,22 @@ class Queries
     static constexpr std::uint64_t no_limit = ~std::uint64_t{0};
 
     // --- Boxes ---
+    // Braces are a box; a Ray for `first`, a Nearest for `nearest`: index.nearest({point, 8}, out).
 
-    template <LineOrRegionOf<Dim, T> Query>
+    template <LineOrRegionOf<Dim, T> Query = Aabb<Dim, T>>
     [[nodiscard]] bool any(const Query& query, const Filter& filter = {}) const;
-    template <LineOrRegionOf<Dim, T> Query>
+    template <LineOrRegionOf<Dim, T> Query = Aabb<Dim, T>>
     [[nodiscard]] std::uint64_t count(const Query& query, const Filter& filter = {}) const;
     /// The hit with the least fraction, of several the one with the lowest id.
-    template <LineOf<Dim, T> Query>
+    template <LineOf<Dim, T> Query = Ray<Dim, T>>
     [[nodiscard]] std::optional<Found> first(const Query& query, const Filter& filter = {}) const;
-    template <NearestOf<Dim, T> Query>
+    template <NearestOf<Dim, T> Query = Nearest<Dim, T>>
     [[nodiscard]] std::optional<Found> nearest(const Query& query, const Filter& filter = {}) const;
     /// Refills `out` with the query's `count` nearest.
-    template <NearestOf<Dim, T> Query>
+    template <NearestOf<Dim, T> Query = Nearest<Dim, T>>
     void nearest(const Query& query, std::vector<Found>& out, const Filter& filter = {}) const;
     /// Refills `out` with the first `max_results`, in order. Returns whether there are more.
-    template <LineOrRegionOf<Dim, T> Query>
+    template <LineOrRegionOf<Dim, T> Query = Aabb<Dim, T>>
     bool all(const Query& query, std::vector<Answer<Query>>& out, const Filter& filter = {},
              std::uint64_t max_results = no_limit) const;
     /// Hands over each answer until the visitor returns false. Returns false then, else true. Of the nearest

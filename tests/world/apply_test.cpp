@@ -464,7 +464,7 @@ TEST(Apply, ShowsWhichPairsAreClosestWhetherFewOrManyHaveMoved)
             side.world.update(); // until they rest
     }
     ASSERT_EQ(sides[0].world.stats().resting, 600u);
-    using Hit = jostle::ObjectPairHitf;
+    using Hit = jostle::PairHit<float, jostle::ObjectId>;
     const auto agree = [&] {
         for (const int which : {0, 1, 2}) { // within each, and between the two
             const Side &ours = sides[which == 1 ? 1 : 0], &theirs = sides[which == 0 ? 0 : 1];
