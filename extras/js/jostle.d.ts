@@ -502,8 +502,6 @@ export interface WorldOptions {
   type?: NumberType;
   /** Every box is this much bigger on every side. */
   margin?: number;
-  /** Gives each pair that touches a small number of its own. */
-  pairSlots?: boolean;
   /**
    * Categories and masks that queries have, at most 8: each gets indexes of the objects that count alone. For
    * queries about few of many objects.
@@ -616,11 +614,6 @@ export interface World extends Disposable, Questionable<bigint, BigUint64Array, 
   persisted(): Uint32Array;
   /** Began and persisted as one list, by index: what ContactFinder.find wants. */
   changedPairs(): Uint32Array;
-  /** With pairSlots: the slot of each pair of began(), ended(), changedPairs(). */
-  beganSlots(): Uint32Array;
-  endedSlots(): Uint32Array;
-  changedSlots(): Uint32Array;
-  readonly pairSlotsEnd: number;
   /** All pairs that touch, by index. Costs as much as finding them anew. */
   pairs(): Uint32Array;
   /** Who each of these objects touches, ascending by index. */
@@ -653,6 +646,25 @@ export interface World extends Disposable, Questionable<bigint, BigUint64Array, 
   readonly stats: WorldStats;
   /** The numbers of `stats` in words. */
   explain(): string;
+}
+
+/**
+ * Small numbers for pairs, as long as they touch: for arrays of what belongs to pairs. A pair that begins
+ * gets the least that no pair had before the update; an update that was left out is an error.
+ */
+export interface PairSlots extends Disposable {
+  /** What a world's began() and ended() tell, after every update. */
+  update(began: BigUint64Array, ended: EndedPairs): void;
+  /** The slot of each pair that began in the last update, and the one that each pair that ended had. */
+  beganSlots(): Uint32Array;
+  endedSlots(): Uint32Array;
+  /** Those of pairs by index, such as changedPairs(); 2 ** 32 - 1 for one that doesn't touch. */
+  slotsOf(pairs: Integers): Uint32Array;
+  /** Every slot is less than this. */
+  readonly end: number;
+  /** The pairs and their slots, to go back to together with the world. */
+  save(): Uint8Array;
+  restore(slots: Uint8Array): void;
 }
 
 // --- Shapes, contacts ------------------------------------------------------------------------------------
@@ -803,6 +815,7 @@ export interface Jostle extends JostlePairs {
 
   readonly BoxIndex: new (options: IndexOptions) => BoxIndex;
   readonly World: new (options: WorldOptions) => World;
+  readonly PairSlots: new () => PairSlots;
   /**
    * With allPoints a surface has a contact for each triangle or segment that touches; otherwise those of a
    * body whose normals are within 5 degrees are one.

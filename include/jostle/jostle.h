@@ -199,6 +199,7 @@ typedef struct jostle_finder jostle_finder;                 ///< jostle::PairFin
 typedef struct jostle_images jostle_images;                 ///< jostle::PeriodicImages
 typedef struct jostle_index jostle_index;                   ///< jostle::BoxIndex
 typedef struct jostle_world jostle_world;                   ///< jostle::World
+typedef struct jostle_pair_slots jostle_pair_slots;         ///< jostle::PairSlots
 typedef struct jostle_shape jostle_shape;                   ///< jostle::Shape, with what it points to
 typedef struct jostle_shapes jostle_shapes;                 ///< one shape per object
 typedef struct jostle_contact_finder jostle_contact_finder; ///< jostle::ContactFinder
@@ -740,7 +741,6 @@ typedef struct jostle_world_options
     double margin;
     jostle_accept_object_pair_function accept; ///< may be NULL
     void* context;
-    int32_t pair_slots;               ///< 1: each pair that touches has a number of its own
     const jostle_query_layer* layers; ///< queries with one of these have indexes of their own; may be NULL
     uint64_t layer_count;             ///< at most 8
 } jostle_world_options;
@@ -860,26 +860,6 @@ JOSTLE_C_API jostle_status jostle_world_persisted(const jostle_world* world, jos
 JOSTLE_C_API jostle_status jostle_world_changed_pairs(const jostle_world* world, jostle_blocks* pairs,
                                                       jostle_error* error);
 
-// With pair_slots, a pair has a small number, its slot, from the update in which it begins to the one in
-// which it ends: for arrays of what belongs to pairs. Without, the lists are empty. Valid until the next
-// update.
-
-/// One for each pair of jostle_world_began.
-JOSTLE_C_API jostle_status jostle_world_began_slots(const jostle_world* world, const uint32_t** slots,
-                                                    uint64_t* count, jostle_error* error);
-/// One that each pair of jostle_world_ended had.
-JOSTLE_C_API jostle_status jostle_world_ended_slots(const jostle_world* world, const uint32_t** slots,
-                                                    uint64_t* count, jostle_error* error);
-/// One for each pair of jostle_world_changed_pairs.
-JOSTLE_C_API jostle_status jostle_world_changed_slots(const jostle_world* world, const uint32_t** slots,
-                                                      uint64_t* count, jostle_error* error);
-/// Those of pairs of indices; UINT32_MAX for one that doesn't touch.
-JOSTLE_C_API jostle_status jostle_world_pair_slots(const jostle_world* world, const jostle_pair* pairs,
-                                                   uint64_t count, uint32_t* slots, jostle_error* error);
-/// Every slot is less than this.
-JOSTLE_C_API jostle_status jostle_world_pair_slots_end(const jostle_world* world, uint32_t* end,
-                                                       jostle_error* error);
-
 /// All pairs that touch, by index, owned by the caller. Costs as much as finding them anew.
 JOSTLE_C_API jostle_status jostle_world_pairs(const jostle_world* world, jostle_results* results,
                                               jostle_error* error);
@@ -995,6 +975,31 @@ JOSTLE_C_API jostle_status jostle_world_explain(const jostle_world* world, jostl
 /// Either may be NULL.
 JOSTLE_C_API jostle_status jostle_world_draw(const jostle_world* world, jostle_draw_function box,
                                              jostle_draw_function line, void* context, jostle_error* error);
+
+// ---------------------------------------------------------------------------------------------------------
+// Slots of pairs: pair_slots.hpp
+// ---------------------------------------------------------------------------------------------------------
+
+JOSTLE_C_API jostle_status jostle_pair_slots_new(jostle_pair_slots** out, jostle_error* error);
+JOSTLE_C_API jostle_status jostle_pair_slots_free(jostle_pair_slots* slots, jostle_error* error);
+/// Gives slots to pairs that begin, and takes back those of pairs that end: the lists of jostle_world_began
+/// and jostle_world_ended, after every update.
+JOSTLE_C_API jostle_status jostle_pair_slots_update(jostle_pair_slots* slots, const jostle_id_pair* began,
+                                                    uint64_t began_count, const jostle_ended_pair* ended,
+                                                    uint64_t ended_count, jostle_error* error);
+/// The slot of each pair that began, the one that each pair that ended had, and a number that every slot is
+/// less than. Valid until the next update or restore.
+JOSTLE_C_API jostle_status jostle_pair_slots_lists(const jostle_pair_slots* slots, const uint32_t** began,
+                                                   uint64_t* began_count, const uint32_t** ended,
+                                                   uint64_t* ended_count, uint32_t* end, jostle_error* error);
+/// Those of pairs of indices; UINT32_MAX for one that doesn't touch.
+JOSTLE_C_API jostle_status jostle_pair_slots_find(const jostle_pair_slots* slots, const jostle_pair* pairs,
+                                                  uint64_t count, uint32_t* found, jostle_error* error);
+/// The pairs and their slots as bytes, to go back to together with the world.
+JOSTLE_C_API jostle_status jostle_pair_slots_save(const jostle_pair_slots* slots, jostle_results* results,
+                                                  jostle_error* error);
+JOSTLE_C_API jostle_status jostle_pair_slots_restore(jostle_pair_slots* slots, const void* bytes,
+                                                     uint64_t size, jostle_error* error);
 
 // ---------------------------------------------------------------------------------------------------------
 // Shapes: shapes.hpp. Numbers of shapes are double whatever the space. `dim` is 2 or 3.

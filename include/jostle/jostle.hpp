@@ -10,6 +10,7 @@
 /// | spatial_order.hpp     | neighbours in space made neighbours in memory                       | mostly  |
 /// | periodic.hpp          | images, for pairs across the borders of periodic space              | mostly  |
 /// | world.hpp             | objects that come, move, rest and go; begin and end events          | yes     |
+/// | pair_slots.hpp        | numbers for pairs, to index arrays of your own                      | mostly  |
 /// | query.hpp             | rays, sweeps, overlaps, nearest, views: what can be asked           | yes     |
 /// | queries.hpp           | any, count, first, nearest, all, visit: the verbs of all queries    | yes     |
 /// | box_index.hpp         | boxes that seldom change, and queries about them                    | yes     |
@@ -43,6 +44,7 @@
 #include "jostle/function_ref.hpp"
 #include "jostle/objects.hpp"
 #include "jostle/pair_buffer.hpp"
+#include "jostle/pair_slots.hpp"
 #include "jostle/periodic.hpp"
 #include "jostle/pose.hpp"
 #include "jostle/process.hpp"

@@ -108,9 +108,6 @@ struct WorldOptions
     InstructionSet instruction_set = supported_instruction_sets().front();
     /// Added to every side of every box, in the boxes' units: pairs begin before boxes touch.
     double margin = 0;
-    /// Each pair that touches has a number of its own: see World::began_slots. Costs up to 45 bytes a pair,
-    /// and some 80 ns for one that begins or ends, one thread doing it.
-    bool pair_slots = false;
     /// For queries about a few of many objects, such as players among props: queries with one of these
     /// categories and masks go by indexes of the objects that count alone. Up to 8. Each costs such an index's
     /// memory and, in the first query after an update, a look at what is active and what has come to rest or
@@ -288,24 +285,6 @@ class JOSTLE_API World : public Queries<World<Dim, T>, Dim, T, ObjectId, ObjectQ
     /// one object changed. This is the list for `ContactFinder::find`. The first call after an update copies
     /// both into one buffer, unless no pair began. Valid until the next update.
     [[nodiscard]] const PairBuffer& changed_pairs() const;
-    // With `WorldOptions::pair_slots`, a pair has a small number, its slot, from the update in which it
-    // begins to the one in which it ends, also while it rests: for arrays of what belongs to pairs, such as
-    // impulses to start from. A pair that begins gets the least that none had before the update, in the order
-    // of began(); one that is reported again keeps its own. Slots depend on the pairs of all updates alone,
-    // and are kept by snapshots. Without the option the lists are empty.
-
-    static constexpr std::uint32_t no_slot = ~std::uint32_t{0};
-    /// began_slots()[k] is that of began()[k]; ended_slots()[k] the one that ended()[k] had. Valid until the
-    /// next update.
-    [[nodiscard]] std::span<const std::uint32_t> began_slots() const noexcept;
-    [[nodiscard]] std::span<const std::uint32_t> ended_slots() const noexcept;
-    /// Returns the slots of changed_pairs(). The first call after an update looks each of them up.
-    [[nodiscard]] std::span<const std::uint32_t> changed_slots() const;
-    /// Returns the slot of the pair with these indices; `no_slot` if the two don't touch.
-    [[nodiscard]] std::uint32_t pair_slot(std::uint32_t a, std::uint32_t b) const noexcept;
-    /// Returns a number that every slot is less than.
-    [[nodiscard]] std::uint32_t pair_slots_end() const noexcept;
-
     /// All pairs that touch, changed or not, given by index and ascending by (a, b). The call searches for
     /// them, which costs as much as a `PairFinder` takes for all objects.
     [[nodiscard]] PairBuffer pairs() const;
@@ -356,18 +335,16 @@ class JOSTLE_API World : public Queries<World<Dim, T>, Dim, T, ObjectId, ObjectQ
 
     // --- Snapshots, of the world as of the last update ---
 
-    /// What the world is: objects, ids, filters, who rests, what `accept` refused, user data and the slots of
-    /// pairs. Not what is queued, nor the lists of the last update. The same bytes on every machine; their
-    /// layout: the source's src/world/saved/snapshot.cpp, and snapshot_bytes.hpp for what it has in common
-    /// with that of changes. About 44 bytes and 60 ns an object.
+    /// What the world is: objects, ids, filters, who rests, what `accept` refused, user data. Not what is
+    /// queued, nor the lists of the last update. The same bytes on every machine; their layout: the source's
+    /// src/world/saved/snapshot.cpp, and snapshot_bytes.hpp for what it has in common with that of changes.
+    /// About 44 bytes and 60 ns an object.
     [[nodiscard]] std::vector<std::byte> save() const;
-    /// Becomes the world that was saved, with its margin; executor, memory, `accept` and whether pairs have
-    /// slots stay as they are here. If pairs have slots in this world and had none in the saved one, they
-    /// get them in ascending order of the pairs.
-    /// Every later result is, byte for byte, what that world would have given. What was queued is forgotten,
-    /// and ids of objects whose addition was still queued are given out again (by a fork, too): no command
-    /// may be given during the call. A snapshot that is cut short, altered or of another kind of world is an
-    /// `Error` that says so. Costs as much as adding all objects at once.
+    /// Becomes the world that was saved, with its margin; executor, memory and `accept` stay as they are
+    /// here. Every later result is, byte for byte, what that world would have given. What was queued is
+    /// forgotten, and ids of objects whose addition was still queued are given out again (by a fork, too): no
+    /// command may be given during the call. A snapshot that is cut short, altered or of another kind of
+    /// world or version is an `Error` that says so. Costs as much as adding all objects at once.
     void restore(std::span<const std::byte> snapshot);
     // Changes since such a snapshot, for those who go back many times a second. They cost what differs from
     // it, and the active objects; what rests costs nothing, however much it is.
@@ -384,10 +361,10 @@ class JOSTLE_API World : public Queries<World<Dim, T>, Dim, T, ObjectId, ObjectQ
     /// Becomes the world that save_changes() was called for, as restore() does and with the same results
     /// afterwards, byte for byte; both worlds must have the same base, which this one keeps. Costs what
     /// differs between the base, that world and this one, and the free indices of the base, 1 ns each (where
-    /// objects of the base are gone, also its pairs that are refused or have slots); the next update searches
-    /// for the pairs of all active objects. Changes that are cut short, altered or of another base are an
-    /// `Error` that says so; like every failure, it leaves the world as it was. (Without memory it may be as
-    /// before apply(), whose commands stay queued.)
+    /// objects of the base are gone, also its pairs that are refused); the next update searches for the pairs
+    /// of all active objects. Changes that are cut short, altered or of another base are an `Error` that says
+    /// so; like every failure, it leaves the world as it was. (Without memory it may be as before apply(),
+    /// whose commands stay queued.)
     void restore_changes(std::span<const std::byte> changes);
     /// Returns another world that is like this one, without a base.
     [[nodiscard]] World fork() const;
@@ -402,9 +379,9 @@ class JOSTLE_API World : public Queries<World<Dim, T>, Dim, T, ObjectId, ObjectQ
     /// each pair that `accept` refuses; if more than a quarter of all objects has changed, or after 64
     /// updates, all objects are looked at, which is 50 ns each at most. A view takes as much memory as a
     /// world; a world that is followed keeps 4 bytes for each change since, others pay nothing.
-    /// A view has no lists of began and ended pairs, no user data, no slots of pairs; commands, update() and
-    /// save() are an `Error` until clear() or restore() makes it a world again. Without memory, a view that
-    /// has followed before is empty afterwards, else the world is as it was.
+    /// A view has no lists of began and ended pairs, no user data; commands, update() and save() are an
+    /// `Error` until clear() or restore() makes it a world again. Without memory, a view that has followed
+    /// before is empty afterwards, else the world is as it was.
     void follow(const World& other);
     /// Becomes a world without objects, as it was when it was made, but for a margin that came with a
     /// snapshot: nothing is queued, no list has a pair, and ids are handed out from the first one on. So ids

@@ -91,7 +91,6 @@ class WorldContent final : public Content
     {
         WorldOptions options = kept.options<WorldOptions>();
         options.margin = given.margin;
-        options.pair_slots = given.pair_slots != 0;
         for (const jostle_query_layer& layer :
              std::span(wanted_array(given.layers, given.layer_count, "layers"), given.layer_count))
             options.layers.push_back({layer.category, layer.mask});

@@ -23,20 +23,6 @@ constexpr jostle_end_reason reason_to_c(EndReason reason)
     return -1;
 }
 
-/// list(world) is one of its lists of slots.
-template <class F>
-void list_slots(const jostle_world* world, const std::uint32_t** slots, std::uint64_t* count, F&& list)
-{
-    const WorldContent& content = open(world);
-    wanted(slots, "slots");
-    wanted(count, "count");
-    content.on([&](const auto& typed) {
-        const std::span<const std::uint32_t> listed = list(typed);
-        *slots = listed.data();
-        *count = listed.size();
-    });
-}
-
 /// Calls list() unless `kept` has been listed since the last update. Several threads may ask at a time.
 template <class Kept, class F>
 void list_once(const WorldContent& content, Kept& kept, F&& list)
@@ -98,48 +84,6 @@ jostle_status jostle_world_began(const jostle_world* world, const jostle_id_pair
         list_pairs(
             world, &UpdateLists::began, pairs, count, [](const auto& typed) { return typed.began(); },
             [](const ObjectPair& pair) { return jostle_id_pair{to_c(pair.a), to_c(pair.b)}; });
-    });
-}
-jostle_status jostle_world_began_slots(const jostle_world* world, const uint32_t** slots, uint64_t* count,
-                                       jostle_error* error)
-{
-    return guarded(error, [&] {
-        list_slots(world, slots, count, [](const auto& typed) { return typed.began_slots(); });
-    });
-}
-jostle_status jostle_world_ended_slots(const jostle_world* world, const uint32_t** slots, uint64_t* count,
-                                       jostle_error* error)
-{
-    return guarded(error, [&] {
-        list_slots(world, slots, count, [](const auto& typed) { return typed.ended_slots(); });
-    });
-}
-jostle_status jostle_world_changed_slots(const jostle_world* world, const uint32_t** slots, uint64_t* count,
-                                         jostle_error* error)
-{
-    return guarded(error, [&] {
-        list_slots(world, slots, count, [](const auto& typed) { return typed.changed_slots(); });
-    });
-}
-jostle_status jostle_world_pair_slots(const jostle_world* world, const jostle_pair* pairs, uint64_t count,
-                                      uint32_t* slots, jostle_error* error)
-{
-    return guarded(error, [&] {
-        const WorldContent& content = open(world);
-        wanted_array(pairs, count, "pairs");
-        wanted_array(slots, count, "slots");
-        content.on([&](const auto& typed) {
-            for (std::uint64_t i = 0; i < count; ++i)
-                slots[i] = typed.pair_slot(pairs[i].a, pairs[i].b);
-        });
-    });
-}
-jostle_status jostle_world_pair_slots_end(const jostle_world* world, uint32_t* end, jostle_error* error)
-{
-    return guarded(error, [&] {
-        const WorldContent& content = open(world);
-        wanted(end, "end");
-        content.on([&](const auto& typed) { *end = typed.pair_slots_end(); });
     });
 }
 jostle_status jostle_world_ended(const jostle_world* world, const jostle_ended_pair** pairs, uint64_t* count,

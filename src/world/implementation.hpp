@@ -14,7 +14,6 @@
 #include "world/kept/journal.hpp"
 #include "world/kept/layer.hpp"
 #include "world/kept/on_demand.hpp"
-#include "world/kept/pair_slots.hpp"
 #include "world/objects/pair_lists.hpp"
 #include "world/objects/state.hpp"
 #include "world/objects/user_data.hpp"
@@ -86,19 +85,6 @@ class ListedPairs
     PairBuffer list_;
 };
 
-/// The slots of the pairs that began and persist, looked up when somebody asks.
-class ChangedSlots
-{
-  public:
-    explicit ChangedSlots(std::pmr::memory_resource* memory) : list_(memory) {}
-    std::span<const std::uint32_t> of(const PairBuffer& pairs, const PairSlots& slots, Executor& executor);
-    void forget() noexcept { made_.forget(); }
-
-  private:
-    OnDemand made_;
-    std::pmr::vector<std::uint32_t> list_;
-};
-
 /// The statistics of a world, except those of the last update.
 template <int Dim, class T>
 [[nodiscard]] WorldStats describe(const State<Dim, T>& state, const Lists& lists);
@@ -162,7 +148,6 @@ struct World<Dim, T>::Implementation
     void update(const world::Moves<Dim, T>& moves);
     void begin_changes();
     void note_removals();
-    void make_room_for_slots(world::Lists& next);
     void commit(const world::Entries<Dim, T>& entries, const world::Rest<Dim, T>& rest,
                 world::Refusals& refusals, world::Lists& next) noexcept;
     void apply_ahead();
@@ -186,7 +171,6 @@ struct World<Dim, T>::Implementation
     world::Queues<Dim, T> queues;
     world::State<Dim, T> state;
     world::UserData user_data;
-    std::optional<world::PairSlots> pair_slots; // in a world that has them
     world::NeighbourLists<Dim, T> neighbour_lists;
     PairFinder finder;
     world::Arena arena;
@@ -201,7 +185,6 @@ struct World<Dim, T>::Implementation
     std::optional<world::Following<Dim, T>> follows; // in a view
 
     mutable world::ListedPairs began_pairs, changed_pairs;
-    mutable world::ChangedSlots changed_slots;
     mutable world::ActiveIndex<Dim, T> active_index;
     std::vector<std::unique_ptr<world::Layer<Dim, T>>> layers; // what the options declare
 };

@@ -154,7 +154,6 @@ void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>& moves)
     world::Refusals refusals = world::judge(state, changes, entries, candidates.touching, old_pairs,
                                             entries.parks ? no_lists : last_lists(), next, arena);
     note_removals();
-    make_room_for_slots(next);
 
     const auto t2 = world::Clock::now();
     const world::Rest<Dim, T> rest =
@@ -213,15 +212,6 @@ void World<Dim, T>::Implementation::note_removals()
             user_data.note_removal(state.id_of(index));
 }
 
-template <int Dim, Coordinate T>
-void World<Dim, T>::Implementation::make_room_for_slots(world::Lists& next)
-{
-    if (!pair_slots) return;
-    pair_slots->make_room(next.began.size());
-    next.began_slots.resize(next.began.size());
-    next.ended_slots.resize(next.ended.size());
-}
-
 /// The update's changes become the world's.
 template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::commit(const world::Entries<Dim, T>& entries,
@@ -252,10 +242,6 @@ void World<Dim, T>::Implementation::commit(const world::Entries<Dim, T>& entries
     began_pairs.forget();
     changed_pairs.forget();
     user_data.end_removal();
-    if (pair_slots) {
-        pair_slots->change(next);
-        changed_slots.forget();
-    }
 }
 
 template <int Dim, Coordinate T>

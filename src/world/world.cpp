@@ -31,14 +31,12 @@ World<Dim, T>::Implementation::Implementation(const WorldOptions& options)
       change_log(&memory),
       began_pairs(&memory),
       changed_pairs(&memory),
-      changed_slots(&memory),
       active_index({options.executor, &memory, options.instruction_set})
 {
     for (const QueryLayer& layer : options.layers)
         layers.push_back(std::make_unique<world::Layer<Dim, T>>(
             layer, IndexOptions{options.executor, &memory, options.instruction_set}));
     BoxIndexAccess::tree(state.resting).expect_to_come_back();
-    if (options.pair_slots) pair_slots.emplace(&memory);
 }
 
 template <int Dim, Coordinate T>
@@ -371,39 +369,6 @@ void World<Dim, T>::clear()
     const world::ChangingCall call = implementation_->begin_change();
     fresh = std::make_unique<Implementation>(implementation_->state.options);
     implementation_.swap(fresh);
-}
-
-template <int Dim, Coordinate T>
-std::span<const std::uint32_t> World<Dim, T>::began_slots() const noexcept
-{
-    return implementation_->last_lists().began_slots;
-}
-
-template <int Dim, Coordinate T>
-std::span<const std::uint32_t> World<Dim, T>::ended_slots() const noexcept
-{
-    return implementation_->last_lists().ended_slots;
-}
-
-template <int Dim, Coordinate T>
-std::span<const std::uint32_t> World<Dim, T>::changed_slots() const
-{
-    const Implementation& me = *implementation_;
-    if (!me.pair_slots) return {};
-    return me.changed_slots.of(changed_pairs(), *me.pair_slots, *me.state.executor);
-}
-
-template <int Dim, Coordinate T>
-std::uint32_t World<Dim, T>::pair_slot(std::uint32_t a, std::uint32_t b) const noexcept
-{
-    const auto& slots = implementation_->pair_slots;
-    return slots ? slots->of(world::key_of(world::pair_of(world::Index{a}, world::Index{b}))) : no_slot;
-}
-
-template <int Dim, Coordinate T>
-std::uint32_t World<Dim, T>::pair_slots_end() const noexcept
-{
-    return implementation_->pair_slots ? implementation_->pair_slots->end() : 0;
 }
 
 // --- What users keep with objects ---

@@ -878,19 +878,20 @@ static void test_index_and_world(jostle_space space)
     /* What the caller keeps with objects and pairs. */
     {
         jostle_world* slotted;
-        jostle_world_options with;
+        jostle_pair_slots *slots, *restored;
         jostle_object_options each;
-        const uint32_t *began_slots, *changed_slots, *ended_slots;
-        uint64_t data[2], i;
+        const jostle_ended_pair* gone;
+        const uint32_t *began_slots, *ended_slots;
+        const void* bytes;
+        uint64_t data[2], i, ended_count, size;
         jostle_pair pair;
         uint32_t slot, slots_end;
-        memset(&with, 0, sizeof with);
-        with.struct_size = sizeof with;
-        with.pair_slots = 1;
         memset(&each, 0, sizeof each);
         each.struct_size = sizeof each;
         each.user_data = 1234567890123;
-        OK(jostle_world_new(space, &with, &slotted, &error));
+        OK(jostle_world_new(space, NULL, &slotted, &error));
+        OK(jostle_pair_slots_new(&slots, &error));
+        OK(jostle_pair_slots_new(&restored, &error));
         OK(jostle_world_add(slotted, &boxes, &each, some, &error));
         OK(jostle_world_user_data(slotted, some, 2, data, &error));
         CHECK(data[0] == 1234567890123 && data[1] == data[0]);
@@ -898,25 +899,38 @@ static void test_index_and_world(jostle_space space)
         OK(jostle_world_set_user_data(slotted, some, 2, data, &error));
         OK(jostle_world_update(slotted, &error));
         OK(jostle_world_began(slotted, &began, &count, &error));
-        OK(jostle_world_began_slots(slotted, &began_slots, &i, &error));
-        CHECK(i == count && count > 1);
-        OK(jostle_world_changed_slots(slotted, &changed_slots, &i, &error));
-        CHECK(i == count);
+        OK(jostle_world_ended(slotted, &gone, &ended_count, &error));
+        OK(jostle_pair_slots_update(slots, began, count, gone, ended_count, &error));
+        OK(jostle_pair_slots_lists(slots, &began_slots, &i, &ended_slots, &ended_count, &slots_end, &error));
+        CHECK(i == count && count > 1 && ended_count == 0 && slots_end == count);
         for (i = 0; i < count; ++i)
-            CHECK(began_slots[i] == i && changed_slots[i] == i);
+            CHECK(began_slots[i] == i);
         pair.a = (uint32_t)began[1].b;
         pair.b = (uint32_t)began[1].a;
-        OK(jostle_world_pair_slots(slotted, &pair, 1, &slot, &error));
+        OK(jostle_pair_slots_find(slots, &pair, 1, &slot, &error));
         CHECK(slot == 1);
         pair.b = pair.a;
-        OK(jostle_world_pair_slots(slotted, &pair, 1, &slot, &error));
+        OK(jostle_pair_slots_find(slots, &pair, 1, &slot, &error));
         CHECK(slot == UINT32_MAX);
-        OK(jostle_world_pair_slots_end(slotted, &slots_end, &error));
-        CHECK(slots_end == count);
+        OK(jostle_pair_slots_save(slots, results, &error));
+        OK(jostle_results_bytes(results, &bytes, &size, &error));
+        FAILS(jostle_pair_slots_restore(restored, bytes, size - 1, &error), JOSTLE_BAD_SNAPSHOT,
+              "were saved");
+        OK(jostle_pair_slots_restore(restored, bytes, size, &error));
         OK(jostle_world_remove(slotted, some, boxes_made, &error));
         OK(jostle_world_update(slotted, &error));
-        OK(jostle_world_ended_slots(slotted, &ended_slots, &i, &error));
-        CHECK(i == count && ended_slots[1] == 1);
+        OK(jostle_world_ended(slotted, &gone, &ended_count, &error));
+        CHECK(ended_count == count);
+        OK(jostle_pair_slots_update(restored, NULL, 0, gone, ended_count, &error));
+        OK(jostle_pair_slots_lists(restored, &began_slots, &i, &ended_slots, &ended_count, &slots_end,
+                                   &error));
+        CHECK(i == 0 && ended_count == count && slots_end == count && ended_slots[1] == 1);
+        FAILS(jostle_pair_slots_update(restored, NULL, 0, gone, ended_count, &error), JOSTLE_INVALID_ARGUMENT,
+              "never began");
+        FAILS(jostle_pair_slots_update(restored, NULL, 1, NULL, 0, &error), JOSTLE_INVALID_ARGUMENT, "began");
+        OK(jostle_pair_slots_free(slots, &error));
+        OK(jostle_pair_slots_free(restored, &error));
+        FAILS(jostle_pair_slots_free(slots, &error), JOSTLE_BAD_HANDLE, "jostle_pair_slots");
         OK(jostle_world_user_data(slotted, some, 2, data, &error));
         CHECK(data[0] == 1234567890123 && data[1] == 7);
         OK(jostle_world_free(slotted, &error));

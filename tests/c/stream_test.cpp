@@ -92,8 +92,6 @@ class Stream
             jostle::WorldOptions options;
             auto twins = options_of<jostle_world_options>();
             options.margin = twins.margin = stream.random_.below(2) * 0.25;
-            options.pair_slots = stream.random_.below(2) == 0;
-            twins.pair_slots = options.pair_slots ? 1 : 0;
             if (asks) {
                 options.accept = [one = &asked[0]](ObjectId a, ObjectId b) {
                     return one->answer(c_twin::to_c(a), c_twin::to_c(b));
@@ -439,21 +437,6 @@ class Stream
     // --- What they say ---
 
     static bool same(const Box& a, const Box& b) { return a.lo == b.lo && a.hi == b.hi; }
-    void check_slots(const Both& of)
-    {
-        const auto same = [&](const auto& list, std::span<const std::uint32_t> expected) {
-            const std::uint32_t* slots = nullptr;
-            std::uint64_t n = 0;
-            ASSERT_EQ(list(of.c, &slots, &n, &error_), JOSTLE_OK);
-            EXPECT_EQ(std::vector(slots, slots + n), std::vector(expected.begin(), expected.end()));
-        };
-        same(jostle_world_began_slots, of.cpp->began_slots());
-        same(jostle_world_ended_slots, of.cpp->ended_slots());
-        same(jostle_world_changed_slots, of.cpp->changed_slots());
-        std::uint32_t end = 0;
-        ASSERT_EQ(jostle_world_pair_slots_end(of.c, &end, &error_), JOSTLE_OK);
-        EXPECT_EQ(end, of.cpp->pair_slots_end());
-    }
     void check_lists(const Both& of)
     {
         const jostle_id_pair* began = nullptr;
@@ -483,13 +466,6 @@ class Stream
         ASSERT_EQ(jostle_results_blocks(results_, &pairs, &error_), JOSTLE_OK);
         const Pairs all = of.cpp->pairs().to_vector();
         EXPECT_EQ(items_of<jostle::Pair>(pairs), all);
-        std::vector<std::uint32_t> slots(all.size());
-        ASSERT_EQ(jostle_world_pair_slots(of.c, reinterpret_cast<const jostle_pair*>(all.data()), all.size(),
-                                          slots.data(), &error_),
-                  JOSTLE_OK);
-        for (std::size_t i = 0; i < all.size(); ++i)
-            EXPECT_EQ(slots[i], of.cpp->pair_slot(all[i].a, all[i].b));
-        check_slots(of);
     }
     void check_objects(const Both& of)
     {

@@ -33,7 +33,7 @@ void alter(fuzz::Input& in, Bytes& bytes)
 {
     constexpr std::size_t first = 8; // behind the letters, without which there is no more to see
     for (std::uint32_t k = 1 + in.below(4); k > 0; --k) {
-        // Objects take most of the bytes; the lists of free ids, of who moves and of slots lie at the end.
+        // Objects take most of the bytes; the lists of free ids and of who moves lie at the end.
         const std::size_t most = bytes.size() - first,
                           span = in.below(2) == 0 ? most : std::min<std::size_t>(most, 120);
         const std::size_t at = bytes.size() - 1 - in.below(static_cast<std::uint32_t>(span));
@@ -79,7 +79,6 @@ class Scene
     explicit Scene(fuzz::Input& in) : in_(in)
     {
         options.executor = &jostle::serial_executor();
-        options.pair_slots = in.below(2) == 0;
         if (in.below(4) == 0) options.margin = 0.25;
     }
 

@@ -25,9 +25,9 @@ class Session
     using Questions = world_tests::Questions<Dim, T>;
     struct Moment
     {
-        Bytes whole, changes;
+        Bytes whole, changes, slots;
         world_tests::Twin<Dim, T> twin;
-        world_tests::SlotTwin slots;
+        world_tests::SlotTwin slot_twin;
         std::map<std::uint32_t, std::uint64_t> data;
     };
 
@@ -94,10 +94,9 @@ class Session
         if (churn_.twin.has_callback && in_.below(8) == 7) churn_.twin.salt = in_.below(3);
         demand(churn_.update());
         queued_ = false;
-        if (churn_.options.pair_slots) {
-            slots_.update(churn_.twin);
-            demand(world_tests::agree(*churn_.world, slots_, true));
-        }
+        slot_twin_.update(churn_.twin);
+        slots_.update(churn_.world->began(), churn_.world->ended());
+        demand(world_tests::agree(slots_, slot_twin_, true));
         std::erase_if(data_, [&](const auto& each) {
             const auto thing = churn_.twin.things.find(each.first);
             return thing == churn_.twin.things.end() || thing->second.id != data_ids_[each.first];
@@ -133,7 +132,7 @@ class Session
     {
         if (base_.empty()) return;
         update();
-        Moment moment{churn_.world->save(), {}, churn_.twin, slots_, data_};
+        Moment moment{churn_.world->save(), {}, slots_.save(), churn_.twin, slot_twin_, data_};
         churn_.world->save_changes(moment.changes);
         moments_.push_back(std::move(moment));
     }
@@ -149,7 +148,9 @@ class Session
         churn_.world->save_changes(again);
         fuzz::demand(again == moment.changes, "the same changes are other bytes");
         churn_.twin = moment.twin;
-        slots_ = moment.slots;
+        slot_twin_ = moment.slot_twin;
+        slots_.restore(moment.slots);
+        fuzz::demand(slots_.save() == moment.slots, "restored slots save other bytes");
         data_ = moment.data;
         queued_ = false;
     }
@@ -157,7 +158,8 @@ class Session
     fuzz::Input& in_;
     Churn churn_;
     World view_;
-    world_tests::SlotTwin slots_;
+    jostle::PairSlots slots_;
+    world_tests::SlotTwin slot_twin_;
     Bytes base_;
     std::vector<Moment> moments_;
     std::map<std::uint32_t, std::uint64_t> data_;
@@ -173,7 +175,6 @@ JOSTLE_FUZZ_TARGET(world)
     const bool callback = in.below(2) == 0;
     jostle::WorldOptions options;
     options.executor = in.below(16) == 15 ? threads.get() : &jostle::serial_executor();
-    options.pair_slots = in.below(2) == 0;
     options.margin = in.below(4) == 0 ? 0.25 : 0;
     const double extent = 2 + in.below(8);
     if (in.below(2) == 0)

@@ -296,16 +296,21 @@ def view():
 
 
 def with_slots():
-    world = new_world(pair_slots=True)
+    world, slots = new_world(), jostle.PairSlots()
     world.update()
+    slots.update(world.began(), world.ended())
     world.move(world.ids()[20:40], moved[20:40])
-    return world
-
-
-def slots_of(world):
     world.update()
-    return (world.began_slots(), world.ended_slots(), world.changed_slots(), world.pair_slots(world.pairs()),
-            world.pair_slots_end())
+    return world, slots
+
+
+def slots_of(made):
+    world, slots = made
+    return slots.save(), slots.began_slots(), slots.ended_slots(), slots.slots_of(world.pairs()), slots.end()
+
+
+def tell(made):
+    made[1].update(made[0].began(), made[0].ended())
 
 
 WORLD_CALLS = {
@@ -473,7 +478,7 @@ def test_views():
 
 
 def test_pair_slots():
-    assert starve(with_slots, lambda world: world.update(), known_of_world, slots_of) > 0
+    assert starve(with_slots, tell, slots_of, slots_of) > 0
 
 
 @cases(INDEX_CALLS)

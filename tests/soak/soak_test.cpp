@@ -306,7 +306,6 @@ TEST(Soak, MemoryStaysLevelAndEverythingAgrees)
     jostle::WorldOptions options;
     options.executor = executor.get();
     options.memory = &memory;
-    options.pair_slots = true;
     jostle::World3f world(options);
     options.executor = &jostle::serial_executor();
     jostle::World3f copy(options);

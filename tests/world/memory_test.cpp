@@ -9,6 +9,7 @@
 
 #include "churn.hpp"
 #include "jostle/contact.hpp"
+#include "jostle/pair_slots.hpp"
 #include "tests/global_new.hpp"
 #include "tool/scenes/scenes.hpp"
 #include "world/update/arena.hpp"
@@ -80,9 +81,9 @@ TEST(Memory, AFailedUpdateLeavesTheWorldAsItWas)
     starve_updates<3, float>(*threads, true);
 }
 
-TEST(Memory, AFailedUpdateOfWhatIsKeptWithObjectsAndPairs)
+TEST(Memory, AFailedUpdateOfWhatIsKeptWithObjects)
 {
-    jostle::World3f world({.executor = &jostle::serial_executor(), .pair_slots = true});
+    jostle::World3f world({.executor = &jostle::serial_executor()});
     const auto box = [](float x) { return jostle::Aabb3f{{x, 0, 0}, {x + 1, 1, 1}}; };
     std::vector<ObjectId> loners;
     for (int k = 0; k < 100; ++k) {
@@ -90,8 +91,7 @@ TEST(Memory, AFailedUpdateOfWhatIsKeptWithObjectsAndPairs)
         world.set_user_data(loners.back(), 7);
     }
     world.update();
-    // The loners come to rest in the update that makes room for 200 pairs and for what was kept with the
-    // removed.
+    // The loners come to rest in the update that makes room for what was kept with the removed.
     for (int k = 0; k < 200; ++k)
         for (int twice = 0; twice < 2; ++twice)
             world.add(box(static_cast<float>(1000 + 3 * k)));
@@ -293,9 +293,39 @@ TEST(Memory, AFailedQuestionOrSnapshotChangesNothing)
     EXPECT_TRUE(churn.update());
 }
 
+// They are told of pairs that come and go, up to 200 at a time; then of the same again and again.
+TEST(Memory, SlotsOfPairsTakeNoneOnceTheyHadAll)
+{
+    std::vector<ObjectPair> began;
+    std::vector<EndedPair> ended;
+    for (std::uint32_t k = 0; k < 200; ++k) {
+        began.push_back({{k, 1}, {k + 1, 1}});
+        ended.push_back({{k, 1}, {k + 1, 1}, jostle::EndReason::moved_apart});
+    }
+    jostle::PairSlots slots;
+    std::uint64_t failed = 0;
+    std::vector<std::byte> saved = slots.save();
+    for (int round = 0; round < 4; ++round)
+        for (const bool begins : {true, false}) {
+            const std::uint64_t calls = global_new::calls;
+            const std::uint64_t failures =
+                starve([&] { begins ? slots.update(began, {}) : slots.update({}, ended); },
+                       [&](std::uint64_t) { ASSERT_EQ(slots.save(), saved); });
+            failed += failures;
+            if (round != 0) {
+                EXPECT_EQ(global_new::calls, calls) << round;
+            }
+            saved = slots.save();
+        }
+    EXPECT_GT(failed, 3u);
+    EXPECT_EQ(slots.end(), 200u);
+    EXPECT_GT(starve([&] { slots.restore(saved); }, [&](std::uint64_t) { ASSERT_EQ(slots.save(), saved); }),
+              0u);
+}
+
 TEST(Memory, FailedChangesChangeNothing)
 {
-    Churn<3, float> churn(5, 9, true, {.pair_slots = true});
+    Churn<3, float> churn(5, 9, true);
     for (int k = 0; k < 500; ++k)
         churn.operate(300);
     ASSERT_TRUE(churn.update());

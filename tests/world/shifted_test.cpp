@@ -136,7 +136,7 @@ TEST(Shifted, MeetsTheSame)
     change_few<3, float>(1, 12, false);
     change_few<2, double>(2, 40, true, {.margin = 0.125});
     change_few<3, double>(3, 12, true, {.executor = threads.get()});
-    change_few<2, float>(4, 40, false, {.pair_slots = true});
+    change_few<2, float>(4, 40, false, {});
 }
 
 /// Objects that move again and again among others that keep lists of what rests near them.
@@ -200,13 +200,12 @@ TEST(Shifted, SnapshotsKnowThem)
         ASSERT_TRUE(churn.update(false));
     (void)churn.world->save_base();
     std::vector<std::byte> changes, gone_back;
-    std::uint64_t woken = 0, versions[5] = {};
+    std::uint64_t woken = 0;
     for (int update = 0; update < 80; ++update) {
         for (std::uint32_t k = churn.random.below(8); k > 0; --k)
             churn.operate(objects);
         ASSERT_TRUE(churn.update(false)) << update;
         const std::vector<std::byte> saved = churn.world->save();
-        ++versions[std::to_integer<std::size_t>(saved[8])];
         for (const auto& other : churn.beside) {
             other->update();
             ASSERT_TRUE(agree(*other, churn.twin, false)) << update;
@@ -225,8 +224,6 @@ TEST(Shifted, SnapshotsKnowThem)
         ASSERT_EQ(churn.world->save(), saved) << update;
     }
     EXPECT_GT(woken, 5u);
-    EXPECT_GT(versions[4], 20u);
-    EXPECT_GT(versions[1], 0u); // no version that older libraries can't read without need
 }
 
 // Who is said to have moved where it rests must rest, and not for longer than that counts.
@@ -235,10 +232,8 @@ TEST(Shifted, ImpossibleOnesAreRefused)
     Row row(100);
     row.update({{7, 3.25f}});
     std::vector<std::byte> saved = row.world.save();
-    ASSERT_EQ(std::to_integer<int>(saved[8]), 4);
-    // The list is in front of what follows from version 2 on: index and number, then no refused pairs (8
-    // bytes) and no slots (12).
-    const std::size_t at = saved.size() - 20 - 8;
+    // The list is in front of the refused pairs, of which there is none (8 bytes): index and number.
+    const std::size_t at = saved.size() - 8 - 8;
     ASSERT_EQ(std::to_integer<int>(saved[at]), 7);
     ASSERT_EQ(std::to_integer<int>(saved[at + 4]), 0);
     jostle::World3f other;
@@ -255,7 +250,6 @@ TEST(Shifted, ImpossibleOnesAreRefused)
     };
     EXPECT_TRUE(refuses(at + 4, 2)); // too long ago
     EXPECT_TRUE(refuses(at, 100));   // nobody
-    EXPECT_TRUE(refuses(8, 3));      // a version that has none
     EXPECT_FALSE(refuses(at + 4, 1));
     EXPECT_FALSE(refuses(at, 8));
 }

@@ -5,20 +5,20 @@
 #include <thread>
 
 #include "slot_twin.hpp"
+#include "snapshots.hpp"
 
 namespace world_tests {
 namespace {
 
-constexpr std::uint32_t no_slot = jostle::World3f::no_slot;
+using jostle::PairSlots;
 
 template <int Dim, class T>
-void follow_slots(std::uint64_t seed, double extent, std::size_t objects, jostle::Executor& executor)
+void follow_slots(std::uint64_t seed, double extent, std::size_t objects)
 {
     const bool callback = seed % 2 == 0;
-    Churn<Dim, T> churn(seed, extent, callback, {.executor = &executor, .pair_slots = true});
-    jostle::WorldOptions serial = churn.options;
-    serial.executor = &jostle::serial_executor();
+    Churn<Dim, T> churn(seed, extent, callback, {.executor = &jostle::serial_executor()});
     SlotTwin twin;
+    PairSlots slots, restored;
     std::uint32_t most = 0;
     for (int update = 0; update < 60; ++update) {
         const std::uint32_t burst = update % 30 == 0   ? static_cast<std::uint32_t>(2 * objects)
@@ -26,38 +26,22 @@ void follow_slots(std::uint64_t seed, double extent, std::size_t objects, jostle
                                                        : 0;
         for (std::uint32_t k = 0; k < burst; ++k)
             churn.operate(objects);
-        if (churn.random.below(4) == 0) churn.world->apply();
-        if (callback && update % 10 == 9) {
-            churn.questions_until_refusal = churn.random.below(3);
-            try {
-                churn.world->update();
-                churn.questions_until_refusal = Churn<Dim, T>::never;
-            } catch (const Refusal&) {
-                churn.questions_until_refusal = Churn<Dim, T>::never;
-                churn.asked = 0;
-                churn.world->update();
-            }
-            churn.asked = 0;
-            (void)churn.follow(false); // but for how often it was asked
-            ASSERT_TRUE(world_tests::agree(*churn.world, churn.twin, false));
-        } else {
-            ASSERT_TRUE(churn.update(false)) << "seed " << seed << ", update " << update;
-        }
+        ASSERT_TRUE(churn.update(false)) << "seed " << seed << ", update " << update;
         twin.update(churn.twin);
-        ASSERT_TRUE(agree(*churn.world, twin, true)) << "seed " << seed << ", update " << update;
-        most = std::max(most, churn.world->pair_slots_end());
-        for (const auto& other : churn.beside) {
-            other->update();
-            ASSERT_TRUE(agree(*other, twin, true)) << "restored; seed " << seed << ", update " << update;
-            ASSERT_EQ(other->save(), churn.world->save());
+        for (PairSlots* const each : {&slots, &restored}) {
+            each->update(churn.world->began(), churn.world->ended());
+            ASSERT_TRUE(agree(*each, twin, true)) << "seed " << seed << ", update " << update;
         }
-        if (update % 20 == 19 && !callback) {
-            churn.beside.clear();
-            churn.beside.push_back(std::make_unique<jostle::World<Dim, T>>(serial));
-            churn.beside[0]->restore(churn.world->save());
-            ASSERT_TRUE(agree(*churn.beside[0], twin, false));
-            churn.beside.push_back(std::make_unique<jostle::World<Dim, T>>(churn.world->fork()));
-        }
+        ASSERT_EQ(twin.of.size(), churn.world->pairs().size());
+        most = std::max(most, slots.end());
+        if (update % 20 != 19) continue;
+        PairSlots fresh;
+        fresh.restore(slots.save());
+        ASSERT_TRUE(agree(fresh, twin, false));
+        ASSERT_EQ(fresh.end(), slots.end());
+        ASSERT_EQ(fresh.save(), slots.save());
+        EXPECT_TRUE(fresh.began_slots().empty() && fresh.ended_slots().empty());
+        restored = std::move(fresh);
     }
     EXPECT_GT(most, objects / 2);
     EXPECT_LT(most, churn.began) << "slots are used again";
@@ -65,57 +49,134 @@ void follow_slots(std::uint64_t seed, double extent, std::size_t objects, jostle
 
 TEST(Slots, AgreeWithTheDefinition)
 {
-    const std::unique_ptr<jostle::Executor> threads = jostle::make_thread_executor(3);
     for (std::uint64_t seed = 1; seed <= 4; ++seed) {
-        follow_slots<3, float>(seed, 5, 200, seed == 1 ? *threads : jostle::serial_executor());
-        follow_slots<2, double>(seed, 8, 100, seed == 2 ? *threads : jostle::serial_executor());
+        follow_slots<3, float>(seed, 5, 200);
+        follow_slots<2, double>(seed, 8, 100);
     }
-}
-
-TEST(Slots, OfAWorldThatHasNone)
-{
-    jostle::World3f world;
-    const ObjectId a = world.add({{0, 0, 0}, {1, 1, 1}}), b = world.add({{0, 0, 0}, {1, 1, 1}});
-    world.update();
-    ASSERT_EQ(world.began().size(), 1u);
-    EXPECT_TRUE(world.began_slots().empty() && world.ended_slots().empty() && world.changed_slots().empty());
-    EXPECT_EQ(world.pair_slot(a.index, b.index), no_slot);
-    EXPECT_EQ(world.pair_slots_end(), 0u);
-    const std::vector<std::byte> saved = world.save();
-    EXPECT_EQ(saved[8], std::byte{1}) << "a snapshot that older libraries read";
-
-    jostle::World3f with({.pair_slots = true});
-    with.restore(saved); // they get them
-    EXPECT_EQ(with.pair_slot(a.index, b.index), 0u);
-    EXPECT_EQ(with.pair_slots_end(), 1u);
-    world.restore(with.save()); // and lose them
-    EXPECT_EQ(world.pair_slot(a.index, b.index), no_slot);
-    EXPECT_EQ(world.save(), saved);
 }
 
 TEST(Slots, AreForWhatFollowsTheEndOfAPair)
 {
-    jostle::World2f world({.pair_slots = true});
+    jostle::World2f world;
+    PairSlots slots;
     const auto box = [](float x) { return jostle::Aabb2f{{x, 0}, {x + 1, 1}}; };
     const ObjectId a = world.add(box(0)), b = world.add(box(0.5f)), c = world.add(box(10)),
                    d = world.add(box(20));
-    world.update();
-    EXPECT_EQ(world.pair_slot(a.index, b.index), 0u);
+    const auto update = [&] {
+        world.update();
+        slots.update(world.began(), world.ended());
+    };
+    EXPECT_EQ(slots.slot_of(a.index, b.index), PairSlots::no_slot);
+    EXPECT_EQ(slots.end(), 0u);
+    update();
+    EXPECT_EQ(slots.slot_of(b.index, a.index), 0u);
     world.move(b, box(30));
     world.move(d, box(10.5f));
-    world.update();
-    EXPECT_EQ(world.ended_slots()[0], 0u);
-    EXPECT_EQ(world.began_slots()[0], 1u) << "not what another has left in the same update";
+    update();
+    EXPECT_EQ(slots.ended_slots()[0], 0u);
+    EXPECT_EQ(slots.began_slots()[0], 1u) << "not what another has left in the same update";
+    EXPECT_EQ(slots.slot_of(a.index, b.index), PairSlots::no_slot);
     world.move(b, box(0.25f));
     world.report_again(c, d);
-    world.update();
+    update();
     ASSERT_EQ(world.began().size(), 2u);
-    EXPECT_EQ(world.began_slots()[0], 0u);
-    EXPECT_EQ(world.began_slots()[1], 1u) << "told again: the same";
-    EXPECT_EQ(world.pair_slots_end(), 2u);
-    world.clear();
-    EXPECT_EQ(world.pair_slots_end(), 0u);
-    EXPECT_EQ(world.pair_slot(a.index, b.index), no_slot);
+    EXPECT_EQ(slots.began_slots()[0], 0u);
+    EXPECT_EQ(slots.began_slots()[1], 1u) << "told again: the same";
+    EXPECT_EQ(slots.end(), 2u);
+}
+
+constexpr ObjectPair pair_of_ids(std::uint32_t a, std::uint32_t b, std::uint32_t generation = 1)
+{
+    return {{a, generation}, {b, generation}};
+}
+constexpr EndedPair end_of(const ObjectPair& pair)
+{
+    return {pair.a, pair.b, EndReason::removed};
+}
+
+TEST(Slots, RefuseListsThatDontFitByTheNameOfAPair)
+{
+    PairSlots slots;
+    const std::vector<ObjectPair> first{pair_of_ids(1, 2), pair_of_ids(1, 7)};
+    slots.update(first, {});
+    const Bytes before = slots.save();
+    const auto refused = [&](const std::string& words, std::vector<ObjectPair> began,
+                             const std::vector<ObjectPair>& gone, std::uint64_t at) {
+        std::vector<EndedPair> ended;
+        for (const ObjectPair& pair : gone)
+            ended.push_back(end_of(pair));
+        try {
+            slots.update(began, ended);
+            ADD_FAILURE() << words;
+        } catch (const Error& error) {
+            EXPECT_EQ(error.code(), ErrorCode::invalid_argument);
+            EXPECT_EQ(error.index(), at);
+            EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
+        }
+        EXPECT_EQ(slots.save(), before);
+        EXPECT_EQ(slots.began_slots().size(), 2u) << "nor are the lists others";
+    };
+    refused("pair of objects 2 (generation 1) and 3 (generation 1) is in its list twice",
+            {pair_of_ids(2, 3), pair_of_ids(2, 3)}, {}, 1);
+    refused("3 (generation 1) is in its list twice, or doesn't ascend",
+            {pair_of_ids(2, 4), pair_of_ids(2, 3)}, {}, 1);
+    refused("isn't one of two objects, the lesser index first", {pair_of_ids(4, 3)}, {}, 0);
+    refused("isn't one of two objects", {pair_of_ids(3, 3)}, {}, 0);
+    refused("isn't one of two objects", {pair_of_ids(3, 4, 0)}, {}, 0);
+    refused("1 (generation 2) and 7 (generation 2) began, and another one with these indices hasn't ended",
+            {pair_of_ids(1, 3), pair_of_ids(1, 7, 2)}, {}, 1);
+    refused("3 (generation 1) ended, and never began", {pair_of_ids(2, 9)},
+            {pair_of_ids(1, 2), pair_of_ids(1, 3)}, 1);
+    refused("7 (generation 2) ended, and never began", {}, {pair_of_ids(1, 7, 2)}, 0);
+    refused("twice", {}, {pair_of_ids(1, 2), pair_of_ids(1, 2)}, 1);
+    refused("began and ended in one update", first, {pair_of_ids(1, 7)}, 0);
+    slots.update({}, std::vector{end_of(first[1])});
+    slots.update(std::vector{pair_of_ids(1, 7, 2)}, {});
+    EXPECT_EQ(slots.slot_of(7, 1), 1u);
+    EXPECT_THROW(PairSlots(nullptr), Error);
+}
+
+TEST(Slots, RefuseBytesThatArentTheirs)
+{
+    PairSlots slots;
+    const std::vector<ObjectPair> first{pair_of_ids(1, 2), pair_of_ids(1, 7), pair_of_ids(4, 5)};
+    slots.update(first, {});
+    slots.update({}, std::vector{end_of(first[1])});
+    const Bytes good = slots.save();
+    ASSERT_EQ(good.size(), 48u + 8 + 3 * 16);
+    PairSlots other;
+    other.update(std::vector{pair_of_ids(8, 9)}, {});
+    const Bytes own = other.save();
+    const auto error_of_slots = [&](const Bytes& bytes) {
+        return code_of("slots of pairs: ", [&] { other.restore(bytes); });
+    };
+    expect_refused_when_altered(good, error_of_slots);
+    const auto expect_forgery_refused = [&](const char* words, std::size_t at, std::uint32_t number) {
+        Bytes forged = good;
+        write(forged, at, number);
+        seal(forged);
+        EXPECT_EQ(code_of(words, [&] { other.restore(forged); }), ErrorCode::bad_snapshot);
+    };
+    constexpr std::size_t pairs = 48 + 8, pair = 16;
+    expect_forgery_refused("a slot is of no pair of objects", pairs, 2);
+    expect_forgery_refused("a slot is of no pair of objects", pairs + 4, 0);
+    expect_forgery_refused("a slot is of no pair of objects", pairs + pair, 1);
+    expect_forgery_refused("a list is longer", 48, 4);
+    expect_forgery_refused("more bytes follow", 48, 2);
+    Bytes twice = good;
+    std::copy_n(twice.begin() + pairs, pair, twice.begin() + pairs + 2 * pair);
+    seal(twice);
+    EXPECT_EQ(code_of("a pair has two slots", [&] { other.restore(twice); }), ErrorCode::bad_snapshot);
+    EXPECT_EQ(code_of("this is a whole snapshot", [&] { other.restore(jostle::World3f().save()); }),
+              ErrorCode::bad_snapshot);
+    jostle::World3f world;
+    EXPECT_EQ(code_of("these are slots of pairs", [&] { world.restore(good); }), ErrorCode::bad_snapshot);
+    EXPECT_EQ(other.save(), own) << "what is refused changes nothing";
+    other.restore(good);
+    EXPECT_EQ(other.save(), good);
+    other.update(std::vector{pair_of_ids(0, 3), pair_of_ids(0, 4)}, {});
+    EXPECT_EQ(other.began_slots()[0], 1u) << "what was free";
+    EXPECT_EQ(other.began_slots()[1], 3u);
 }
 
 TEST(UserData, StaysWithTheObjectUntilTheUpdateAfterItsRemoval)
@@ -183,7 +244,6 @@ TEST(UserData, IsInSnapshotsAndForks)
         churn.operate(200);
     ASSERT_TRUE(churn.update());
     const std::vector<std::byte> none = churn.world->save();
-    EXPECT_EQ(none[8], std::byte{1});
     std::map<std::uint32_t, std::uint64_t> data;
     for (const auto& [index, thing] : churn.twin.things)
         if (index % 3 != 0) churn.world->set_user_data(thing.id, data[index] = churn.random.next());

@@ -36,9 +36,9 @@ std::size_t any_count(Random& random, std::uint32_t most_bits, std::size_t most)
 template <int Dim, class T>
 struct PastMoment
 {
-    Bytes whole, changes;
+    Bytes whole, changes, slots;
     Twin<Dim, T> twin;
-    SlotTwin slots;
+    SlotTwin slot_twin;
 };
 
 template <int Dim, class T>
@@ -59,7 +59,6 @@ class Whole
               {.executor = seed % 2 == 0 ? threads_.get() : &jostle::serial_executor(),
                .memory = &memory_,
                .margin = seed % 5 == 0 ? 0.25 : 0,
-               .pair_slots = seed % 2 == 0,
                .layers = {{.mask = 1}, {.mask = 2}, {.mask = 5}}}),
           view_(of_threads()),
           second_(of_threads()),
@@ -256,10 +255,10 @@ class Whole
         tell_twin_moves();
         forget_filters_if_nobody_asks();
         ASSERT_TRUE(churn_.follow(objects_ < 600 || one_in(4))) << where();
-        if (churn_.options.pair_slots) {
-            slots_.update(churn_.twin);
-            ASSERT_TRUE(world_tests::agree(world(), slots_, true)) << where();
-        }
+        slot_twin_.update(churn_.twin);
+        slots_.update(world().began(), world().ended());
+        ASSERT_TRUE(world_tests::agree(slots_, slot_twin_, true)) << where();
+        ASSERT_EQ(slot_twin_.of.size(), churn_.twin.all.size()) << where();
         for (const auto& other : churn_.beside) {
             other->update(ids_, boxes_);
             ASSERT_TRUE(same_results(world(), *other)) << where();
@@ -381,7 +380,7 @@ class Whole
             const std::uint64_t data = random_.below(3);
             churn_.say(id, [id, data](World& each) { each.set_user_data(id, data); });
         }
-        PastMoment<Dim, T> moment{world().save(), {}, churn_.twin, slots_};
+        PastMoment<Dim, T> moment{world().save(), {}, slots_.save(), churn_.twin, slot_twin_};
         world().save_changes(moment.changes);
         Bytes of_other;
         churn_.beside[0]->save_changes(of_other);
@@ -412,14 +411,16 @@ class Whole
         ASSERT_TRUE(world().save() == moment.whole) << where();
         ASSERT_TRUE(churn_.beside[0]->save() == moment.whole) << where();
         churn_.twin = moment.twin;
-        slots_ = moment.slots;
+        slot_twin_ = moment.slot_twin;
+        slots_.restore(moment.slots);
+        ASSERT_TRUE(world_tests::agree(slots_, slot_twin_, false)) << where();
         churn_.beside.resize(1);
         if (one_in(2)) return;
         churn_.beside.push_back(std::make_unique<World>(of_threads())); // which has no past
         churn_.beside[1]->restore(moment.whole);
     }
 
-    /// With or without `accept` and slots; cleared and refilled now and then.
+    /// With or without `accept`; cleared and refilled now and then.
     void live_elsewhere()
     {
         const Bytes now = world().save();
@@ -431,16 +432,9 @@ class Whole
         jostle::WorldOptions& options = churn_.options;
         std::swap(options.accept, accept_elsewhere_);
         churn_.twin.has_callback = options.accept != nullptr;
-        const bool other_slots = one_in(2);
-        if (other_slots) {
-            options.pair_slots = !options.pair_slots;
-            slots_ = {};
-            for (std::uint32_t slot = 0; slot < churn_.twin.all.size(); ++slot)
-                slots_.of[{churn_.twin.all[slot].a, churn_.twin.all[slot].b}] = slot;
-        }
         churn_.world = std::make_unique<World>(options);
         world().restore(now);
-        ASSERT_TRUE(other_slots || world().save() == now) << where();
+        ASSERT_TRUE(world().save() == now) << where();
         has_base_ = false;
         churn_.beside.clear();
         kept_.reset();
@@ -455,7 +449,8 @@ class Whole
     contract::CountingMemory memory_;
     Churn<Dim, T> churn_; // beside its world lives one that was restored from the base
     std::function<bool(ObjectId, ObjectId)> accept_elsewhere_;
-    SlotTwin slots_;
+    jostle::PairSlots slots_;
+    SlotTwin slot_twin_;
     World view_, second_;                   // the second one follows the first
     std::optional<Questions<Dim, T>> kept_; // what was asked when it had followed
     World other_;

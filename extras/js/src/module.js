@@ -6,7 +6,7 @@ import { refuse } from "./error.js";
 import { PairFinder, bricks, check_boxes, checksum, find_periodic_pairs } from "./pairs.js";
 import { Scene, Simulation, scene_list, simulation_list } from "./scenes.js";
 import { Shapes, bounds, shape_makers } from "./shapes.js";
-import { World } from "./world.js";
+import { PairSlots, World } from "./world.js";
 
 /** A loaded module: everything of Jostle's that needs its memory. See jostle.d.ts. */
 export class Module {
@@ -31,6 +31,7 @@ export class Module {
       core.module._jostle_js_simulation_info === undefined ? Object.freeze([]) : simulation_list(core);
     this.BoxIndex = bound(core, BoxIndex);
     this.World = bound(core, World);
+    this.PairSlots = bound(core, PairSlots);
     this.ContactFinder = bound(core, ContactFinder);
     this.Shapes = bound(core, Shapes);
     Object.assign(this, shape_makers(core));

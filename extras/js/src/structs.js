@@ -47,8 +47,7 @@ export const jostle_index_stats = {
 export const jostle_object_filter = { sizeof: 16, category: 0, mask: 4, owner: 8, is_static: 12 };
 export const jostle_query_layer = { sizeof: 8, category: 0, mask: 4 };
 export const jostle_world_options = {
-  sizeof: 48, struct_size: 0, common: 8, margin: 16, accept: 24, context: 28, pair_slots: 32, layers: 36,
-  layer_count: 40,
+  sizeof: 48, struct_size: 0, common: 8, margin: 16, accept: 24, context: 28, layers: 32, layer_count: 40,
 };
 export const jostle_object_options = {
   sizeof: 40, struct_size: 0, filter: 8, margin: 16, disabled: 24, user_data: 32,

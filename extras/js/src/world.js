@@ -282,22 +282,6 @@ export class World extends Owned {
   changedPairs() {
     return this.#blocks("jostle_world_changed_pairs");
   }
-  #slots(name) {
-    const [pointer, count] = this.#list(name);
-    return this.core.view("uint32", pointer, count).slice();
-  }
-  beganSlots() {
-    return this.#slots("jostle_world_began_slots");
-  }
-  endedSlots() {
-    return this.#slots("jostle_world_ended_slots");
-  }
-  changedSlots() {
-    return this.#slots("jostle_world_changed_slots");
-  }
-  get pairSlotsEnd() {
-    return this.#number("jostle_world_pair_slots_end", "u32");
-  }
   pairs() {
     const core = this.core;
     return core.with_results((results) => {
@@ -439,38 +423,20 @@ export class World extends Owned {
 
   // --- Snapshots ---
 
-  #save(name) {
-    const core = this.core;
-    return core.with_results((results) => {
-      core.call(name, this.pointer, results);
-      return core.bytes_of_results(results);
-    });
-  }
-  #restore(name, snapshot) {
-    const core = this.core;
-    if (!(snapshot instanceof Uint8Array))
-      refuse(`the snapshot is ${describe(snapshot)}: it must be a Uint8Array`);
-    refuse_detached(snapshot, "the snapshot");
-    core.within(() => {
-      const pointer = core.scratch.take(snapshot.length);
-      core.bytes.set(snapshot, pointer);
-      core.call(name, this.pointer, pointer, BigInt(snapshot.length));
-    });
-  }
   save() {
-    return this.#save("jostle_world_save");
+    return saved(this, "jostle_world_save");
   }
   restore(snapshot) {
-    this.#restore("jostle_world_restore", snapshot);
+    restore(this, "jostle_world_restore", snapshot, "the snapshot");
   }
   saveBase() {
-    return this.#save("jostle_world_save_base");
+    return saved(this, "jostle_world_save_base");
   }
   saveChanges() {
-    return this.#save("jostle_world_save_changes");
+    return saved(this, "jostle_world_save_changes");
   }
   restoreChanges(changes) {
-    this.#restore("jostle_world_restore_changes", changes);
+    restore(this, "jostle_world_restore_changes", changes, "the snapshot");
   }
   clear() {
     this.core.call("jostle_world_clear", this.pointer);
@@ -490,8 +456,94 @@ export class World extends Owned {
     });
   }
   explain() {
-    return new TextDecoder().decode(this.#save("jostle_world_explain"));
+    return new TextDecoder().decode(saved(this, "jostle_world_explain"));
   }
+}
+
+/** Small numbers for pairs, as long as they touch: see jostle.d.ts. */
+export class PairSlots extends Owned {
+  constructor(core) {
+    super(core, "_jostle_pair_slots_free", core.make("jostle_pair_slots_new"));
+  }
+  update(began, ended) {
+    const core = this.core;
+    core.within(() => {
+      const begin = id_pairs(core, began, "began");
+      const finish = id_pairs(core, options_of(ended).pairs, "ended.pairs");
+      const size = C.jostle_ended_pair.sizeof, rows = core.scratch.take(size * finish.count);
+      for (let i = 0; i < finish.count; ++i) { // why they ended doesn't matter
+        core.bytes.copyWithin(rows + size * i, finish.pointer + 16 * i, finish.pointer + 16 * (i + 1));
+        core.bytes.fill(0, rows + size * i + 16, rows + size * (i + 1));
+      }
+      core.call(
+        "jostle_pair_slots_update",
+        this.pointer,
+        begin.pointer,
+        BigInt(begin.count),
+        rows,
+        BigInt(finish.count),
+      );
+    });
+  }
+  #lists() {
+    const core = this.core;
+    return core.within(() => {
+      const out = core.scratch.take(40);
+      const at = [0, 8, 16, 24, 32].map((offset) => out + offset);
+      core.call("jostle_pair_slots_lists", this.pointer, ...at);
+      const list = (k) => core.view("uint32", core.u32(at[k]), core.u64(at[k + 1])).slice();
+      return { began: list(0), ended: list(2), end: core.u32(at[4]) };
+    });
+  }
+  beganSlots() {
+    return this.#lists().began;
+  }
+  endedSlots() {
+    return this.#lists().ended;
+  }
+  get end() {
+    return this.#lists().end;
+  }
+  slotsOf(pairs) {
+    const core = this.core;
+    return core.within(() => {
+      const { blocks, count } = core.pairs(pairs), found = core.scratch.take(4 * count);
+      const block = core.u32(blocks + C.jostle_blocks.blocks);
+      const items = core.u32(block + C.jostle_block.items);
+      core.call("jostle_pair_slots_find", this.pointer, items, BigInt(count), found);
+      return core.view("uint32", found, count).slice();
+    });
+  }
+  save() {
+    return saved(this, "jostle_pair_slots_save");
+  }
+  restore(slots) {
+    restore(this, "jostle_pair_slots_restore", slots, "slots");
+  }
+}
+
+function id_pairs(core, given, what) {
+  const { pointer, count } = core.ids(given, what);
+  if (count % 2 !== 0) refuse(`${what} has ${count} ids: it must be an even number`, "size_mismatch");
+  return { pointer, count: count / 2 };
+}
+
+function saved(owned, name) {
+  const core = owned.core;
+  return core.with_results((results) => {
+    core.call(name, owned.pointer, results);
+    return core.bytes_of_results(results);
+  });
+}
+function restore(owned, name, bytes, what) {
+  const core = owned.core;
+  if (!(bytes instanceof Uint8Array)) refuse(`${what} is ${describe(bytes)}: it must be a Uint8Array`);
+  refuse_detached(bytes, what);
+  core.within(() => {
+    const pointer = core.scratch.take(bytes.length);
+    core.bytes.set(bytes, pointer);
+    core.call(name, owned.pointer, pointer, BigInt(bytes.length));
+  });
 }
 
 function make_world(core, space, options, accept) {
@@ -503,7 +555,6 @@ function make_world(core, space, options, accept) {
     const { data } = core, at = C.jostle_world_options;
     data.setUint32(made + at.common, common, true);
     data.setFloat64(made + at.margin, number(options.margin ?? 0, "margin"), true);
-    data.setInt32(made + at.pair_slots, options.pairSlots ? 1 : 0, true);
     layers.forEach((layer, k) => {
       const { category, mask } = options_of(layer);
       data.setUint32(pointer + 8 * k, whole(category ?? 0xffffffff, `layers[${k}].category`), true);

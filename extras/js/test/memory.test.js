@@ -160,6 +160,7 @@ test("the types name what there is", async () => {
   const made = {
     Jostle: jostle,
     World: world,
+    PairSlots: new jostle.PairSlots(),
     PairFinder: finder,
     BoxIndex: index,
     Scene: scene,

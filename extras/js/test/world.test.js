@@ -61,7 +61,7 @@ for (const [kind, loaded] of Object.entries(modules)) {
 
   test(`a world of one object each: ${kind}`, async () => {
     const jostle = await loaded();
-    const world = new jostle.World({ dim: 2, margin: 0.25, pairSlots: true });
+    const world = new jostle.World({ dim: 2, margin: 0.25 });
     const [a, b, c] = world.add(new Float32Array([0, 0, 1, 1, 1.4, 0, 2, 1, 8, 8, 9, 9]), {
       category: 2,
       mask: 6,
@@ -69,7 +69,6 @@ for (const [kind, loaded] of Object.entries(modules)) {
     const of = (...ids) => BigUint64Array.from(ids);
     world.update();
     assert.deepEqual([...world.began()], [a, b]); // 0.4 apart, and each a quarter wider
-    assert.equal(world.beganSlots().length, 1);
     assert.equal(world.size, 3);
     assert.equal(world.indexEnd, 3);
     assert.deepEqual([...world.ids()], [a, b, c]);
@@ -168,20 +167,30 @@ test("accept decides, forks ask it as well, and what it throws comes out of the 
 test("what some objects are told is theirs alone", async () => {
   for (const loaded of Object.values(modules)) {
     const jostle = await loaded();
-    const world = new jostle.World({ dim: 2, pairSlots: true });
+    const world = new jostle.World({ dim: 2 });
+    const slots = new jostle.PairSlots(), other = new jostle.PairSlots();
     const of = (...ids) => BigUint64Array.from(ids);
     assert.equal(world.boundsOfAll(), undefined);
     const [a, b, c] = world.add(new Float32Array([0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1]));
     const [d] = world.add(new Float32Array([0, 0, 1, 1]), { enabled: false, isStatic: true });
     world.update();
     assert.deepEqual([...world.began()], [a, b, a, c, b, c]);
-    const slots = world.beganSlots();
+    slots.update(world.began(), world.ended());
+    assert.deepEqual([...slots.beganSlots()], [0, 1, 2]);
+    assert.deepEqual([...slots.slotsOf(Uint32Array.of(2, 1, 0, 3))], [2, 2 ** 32 - 1]);
+    other.restore(slots.save());
     assert.deepEqual([...world.enabled(of(a, d))], [1, 0]);
     assert.deepEqual(world.filters(of(a, d)).map((filter) => filter.isStatic), [false, true]);
     world.setEnabled(of(a), Uint8Array.of(0));
     world.update();
     assert.deepEqual([...world.ended().pairs], [a, b, a, c]);
-    assert.deepEqual([...world.endedSlots()], [...slots.subarray(0, 2)]);
+    for (const each of [slots, other]) {
+      each.update(world.began(), world.ended());
+      assert.deepEqual([...each.endedSlots()], [0, 1]);
+      assert.deepEqual([each.beganSlots().length, each.end], [0, 3]);
+      assert.throws(() => each.update(world.began(), world.ended()), /never began/);
+      each.dispose();
+    }
     world.setEnabled(of(a, d), Uint8Array.of(0, 1));
     world.update();
     assert.deepEqual([...world.enabled(of(a, d))], [0, 1]);

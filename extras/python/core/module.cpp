@@ -44,6 +44,7 @@ PYBIND11_MODULE(_core, m)
     define_questions(m);
     define_index(m);
     define_world(m);
+    define_pair_slots(m);
     define_shapes(m);
     define_closed_mesh(m);
     define_contacts(m);

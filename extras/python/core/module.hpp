@@ -17,6 +17,7 @@ void define_pair_stream(py::module_& m);
 void define_questions(py::module_& m);
 void define_index(py::module_& m);
 void define_world(py::module_& m);
+void define_pair_slots(py::module_& m);
 void define_shapes(py::module_& m);
 void define_closed_mesh(py::module_& m);
 void define_contacts(py::module_& m);

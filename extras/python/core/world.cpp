@@ -21,25 +21,24 @@ constexpr AskedShapes<jostle_world> shapes_of_world{jostle_world_first_hits, jos
 
 /// What one of the functions that save says.
 template <class Save, class Handle>
-py::bytes saved(const Save& save, Handle* world)
+py::bytes saved(const Save& save, Handle* of)
 {
     const Results results = new_results();
     const void* bytes = nullptr;
     std::uint64_t count = 0;
-    call([&](jostle_error* error) { return save(world, results.get(), error); });
+    call([&](jostle_error* error) { return save(of, results.get(), error); });
     call([&](jostle_error* error) { return jostle_results_bytes(results.get(), &bytes, &count, error); });
     return py::bytes(static_cast<const char*>(bytes), count);
 }
 
 template <class Restore, class Handle>
-void restore(const Restore& function, Handle* world, const py::bytes& snapshot)
+void restore(const Restore& function, Handle* into, const py::bytes& snapshot)
 {
     char* bytes = nullptr;
     py::ssize_t count = 0;
     PyBytes_AsStringAndSize(snapshot.ptr(), &bytes, &count);
-    call([&](jostle_error* error) {
-        return function(world, bytes, static_cast<std::uint64_t>(count), error);
-    });
+    call(
+        [&](jostle_error* error) { return function(into, bytes, static_cast<std::uint64_t>(count), error); });
 }
 
 /// The world of an object that Python's collector looks at, null before and after its life.
@@ -98,41 +97,109 @@ py::array join_one_by_one(World& self, const Boxes& boxes, AskFilter& filter)
     return out;
 }
 
+/// Rows of two ids.
+std::uint64_t want_id_pairs(const U64& pairs, const char* name)
+{
+    if (pairs.ndim() != 2 || pairs.shape(1) != 2)
+        refuse(std::string(name) + " has the shape " + shape_text(pairs) + ": it must be (m, 2)");
+    return static_cast<std::uint64_t>(pairs.shape(0));
+}
+
+using PairSlotsHandle = std::unique_ptr<jostle_pair_slots, Freed<jostle_pair_slots, jostle_pair_slots_free>>;
+
+class PairSlots
+{
+  public:
+    struct Lists
+    {
+        const std::uint32_t *began = nullptr, *ended = nullptr;
+        std::uint64_t began_count = 0, ended_count = 0;
+        std::uint32_t end = 0;
+    };
+    Lists lists() const
+    {
+        Lists of;
+        call([&](jostle_error* error) {
+            return jostle_pair_slots_lists(handle.get(), &of.began, &of.began_count, &of.ended,
+                                           &of.ended_count, &of.end, error);
+        });
+        return of;
+    }
+    void update(const U64& began, const U64& ended)
+    {
+        const std::uint64_t began_count = want_id_pairs(began, "began"),
+                            ended_count = want_id_pairs(ended, "ended");
+        std::vector<jostle_id_pair> begin(began_count);
+        std::vector<jostle_ended_pair> finish(ended_count);
+        for (std::uint64_t k = 0; k < began_count; ++k)
+            begin[k] = {began.data()[2 * k], began.data()[2 * k + 1]};
+        for (std::uint64_t k = 0; k < ended_count; ++k)
+            finish[k] = {ended.data()[2 * k], ended.data()[2 * k + 1], JOSTLE_MOVED_APART, 0};
+        const Users::Changing now(users);
+        call([&](jostle_error* error) {
+            return jostle_pair_slots_update(handle.get(), begin.data(), began_count, finish.data(),
+                                            ended_count, error);
+        });
+    }
+    U32 find(const U32& given) const
+    {
+        const Pairs pairs(given);
+        U32 found(static_cast<py::ssize_t>(pairs.block.count));
+        std::uint32_t* const out = found.mutable_data();
+        const Users::Reading now(users);
+        call([&](jostle_error* error) {
+            return jostle_pair_slots_find(handle.get(), static_cast<const jostle_pair*>(pairs.block.items),
+                                          pairs.block.count, out, error);
+        });
+        return found;
+    }
+
+    mutable Users users{"slots of pairs"};
+    PairSlotsHandle handle = make<PairSlotsHandle>(jostle_pair_slots_new);
+};
+
 } // namespace
+
+void define_pair_slots(py::module_& m)
+{
+    define_class<PairSlots>(m, "PairSlots")
+        .def(py::init<>())
+        .def("update", &PairSlots::update)
+        .def("began_slots",
+             [](const PairSlots& self) {
+                 const Users::Reading now(self.users);
+                 const PairSlots::Lists lists = self.lists();
+                 return copy_array(lists.began, lists.began_count);
+             })
+        .def("ended_slots",
+             [](const PairSlots& self) {
+                 const Users::Reading now(self.users);
+                 const PairSlots::Lists lists = self.lists();
+                 return copy_array(lists.ended, lists.ended_count);
+             })
+        .def("slots_of", &PairSlots::find)
+        .def("end",
+             [](const PairSlots& self) {
+                 const Users::Reading now(self.users);
+                 return self.lists().end;
+             })
+        .def("save",
+             [](const PairSlots& self) {
+                 const Users::Reading now(self.users);
+                 return saved(jostle_pair_slots_save, self.handle.get());
+             })
+        .def("restore", [](PairSlots& self, const py::bytes& bytes) {
+            const Users::Changing now(self.users);
+            restore(jostle_pair_slots_restore, self.handle.get(), bytes);
+        });
+}
 
 void define_world(py::module_& m)
 {
     py::class_<World> world = define_class<World>(m, "World", "", py::custom_type_setup(collect_functions));
     world
-        .def(py::init<jostle_space, double, py::object, std::uint32_t, bool,
+        .def(py::init<jostle_space, double, py::object, std::uint32_t,
                       std::vector<std::array<std::uint32_t, 2>>>())
-        .def("began_slots", [](const World& self) { return self.listed_slots(jostle_world_began_slots); })
-        .def("ended_slots", [](const World& self) { return self.listed_slots(jostle_world_ended_slots); })
-        .def("changed_slots", [](const World& self) { return self.listed_slots(jostle_world_changed_slots); })
-        .def("pair_slots",
-             [](const World& self, const U32& given) {
-                 const Users::Reading now(self.users);
-
-                 const Pairs pairs(given);
-                 U32 slots(static_cast<py::ssize_t>(pairs.block.count));
-                 std::uint32_t* const out = slots.mutable_data();
-                 call([&](jostle_error* error) {
-                     return jostle_world_pair_slots(self.handle.get(),
-                                                    static_cast<const jostle_pair*>(pairs.block.items),
-                                                    pairs.block.count, out, error);
-                 });
-                 return slots;
-             })
-        .def("pair_slots_end",
-             [](const World& self) {
-                 const Users::Reading now(self.users);
-
-                 std::uint32_t end = 0;
-                 call([&](jostle_error* error) {
-                     return jostle_world_pair_slots_end(self.handle.get(), &end, error);
-                 });
-                 return end;
-             })
         .def("touching",
              [](const World& self, const U64& ids) {
                  const Users::Reading now(self.users);
@@ -345,7 +412,8 @@ void define_world(py::module_& m)
              [](const World& self) {
                  const Users::Reading now(self.users);
 
-                 auto fork = std::make_unique<World>(self.space, 0, py::none(), 1, false, false);
+                 auto fork = std::make_unique<World>(self.space, 0, py::none(), 1,
+                                                     std::vector<std::array<std::uint32_t, 2>>());
                  fork->handle = make<WorldHandle>([&](auto** out, auto* error) {
                      return jostle_world_fork(self.handle.get(), out, error);
                  });

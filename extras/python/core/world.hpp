@@ -19,7 +19,7 @@ namespace jostle_python {
 class World
 {
   public:
-    World(jostle_space given, double margin, py::object function, std::uint32_t threads, bool pair_slots,
+    World(jostle_space given, double margin, py::object function, std::uint32_t threads,
           const std::vector<std::array<std::uint32_t, 2>>& layers)
         : space(given),
           accept(std::move(function)),
@@ -32,7 +32,6 @@ class World
         options.struct_size = sizeof options;
         options.common = &common;
         options.margin = margin;
-        options.pair_slots = pair_slots ? 1 : 0;
         std::vector<jostle_query_layer> given_layers;
         for (const auto& [category, mask] : layers)
             given_layers.push_back({category, mask});
@@ -107,17 +106,6 @@ class World
         with_ids(ids, [&](auto* world, auto* first, auto count, auto* error) {
             return f(world, first, count, data, error);
         });
-        return out;
-    }
-    template <class F>
-    Packed<std::uint32_t> listed_slots(F&& f) const
-    {
-        const Users::Reading now(users);
-        const std::uint32_t* slots = nullptr;
-        std::uint64_t count = 0;
-        call([&](jostle_error* error) { return f(handle.get(), &slots, &count, error); });
-        Packed<std::uint32_t> out(static_cast<py::ssize_t>(count));
-        std::copy_n(slots, count, out.mutable_data());
         return out;
     }
     template <class F>

@@ -29,11 +29,11 @@ from ._questions import Questions, frustums, nearest, nearest_to_boxes, overlapp
 from ._shape_queries import ShapeSweeps
 from ._shapes import (Shape, Shapes, box, capsule, compound, cone, cylinder, ellipsoid, half_space, height_field, hull, mesh,
                       motions, poses, rounded_box, rounded_hull, sphere)
-from ._world import EndedPairs, World
+from ._world import EndedPairs, PairSlots, World
 
 __version__ = version()
 __all__ = ["Answers", "BoxIndex", "ClosePairs", "ClosedMesh", "ContactFinder", "EndedPairs", "Error", "Hits", "NoSuchObjectError",
-           "PairFinder", "Questions", "ScenePairs", "Shape", "ShapeHits", "ShapeSweeps",
+           "PairFinder", "PairSlots", "Questions", "ScenePairs", "Shape", "ShapeHits", "ShapeSweeps",
            "Shapes", "StaleIdError", "World", "bounds", "box", "capsule",
            "compound", "cone", "contacts", "cylinder", "distances", "ellipsoid", "find_pairs",
            "find_periodic_pairs", "find_scenes", "frustums", "half_space", "height_field", "hull", "impacts",

@@ -171,6 +171,12 @@ def ids(given: Any, name: str = "ids") -> np.ndarray:
     return np.atleast_1d(packed(given if not isinstance(given, int) else [given], name, np.uint64))
 
 
+def id_pairs(given: Any, name: str) -> np.ndarray:
+    """Pairs of ids of a world."""
+    out = packed(given, name, np.uint64)
+    return out.reshape(0, 2) if out.size == 0 else out
+
+
 def pairs(given: Any) -> np.ndarray:
     out = packed(given, "pairs", np.uint32)
     return out.reshape(0, 2) if out.size == 0 else out

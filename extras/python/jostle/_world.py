@@ -57,15 +57,15 @@ class World:
     """
 
     def __init__(self, dim: int = 3, dtype: Any = np.float64, *, margin: float = 0.0,
-                 accept: Callable[[int, int], bool] | None = None, threads: int = 0, pair_slots: bool = False,
+                 accept: Callable[[int, int], bool] | None = None, threads: int = 0,
                  layers: Iterable[tuple[int, int]] = ()) -> None:
         self.dim, self.dtype = dim, np.dtype(dtype)
         if (self.dim, self.dtype) not in _arrays.SPACES:
             raise Error(f"a world is 2D or 3D, float32 or float64, not {self.dim}D {self.dtype}")
-        self._threads, self._kept = _arrays.threads(threads, accept), (pair_slots, [
-            (_arrays.whole(category, "category"), _arrays.whole(mask, "mask")) for category, mask in layers])
+        self._threads, self._kept = _arrays.threads(threads, accept), [
+            (_arrays.whole(category, "category"), _arrays.whole(mask, "mask")) for category, mask in layers]
         self._world = _core.World(_arrays.SPACES[self.dim, self.dtype], margin, _arrays.function(accept, "accept"), self._threads,
-                                  *self._kept)
+                                  self._kept)
 
     @staticmethod
     def index(ids: Any) -> np.ndarray:
@@ -173,26 +173,6 @@ class World:
     def persisted(self) -> np.ndarray:
         """Pairs that touched before and still do, and of which at least one object changed: (m, 2) uint32, by index."""
         return self._world.persisted()
-
-    def began_slots(self) -> np.ndarray:
-        """With pair_slots: the slot of each pair of began(), a small number that the pair keeps while it touches, (m,) uint32."""
-        return self._world.began_slots()
-
-    def ended_slots(self) -> np.ndarray:
-        """With pair_slots: the slot that each pair of ended() had."""
-        return self._world.ended_slots()
-
-    def changed_slots(self) -> np.ndarray:
-        """With pair_slots: the slot of each pair of changed_pairs()."""
-        return self._world.changed_slots()
-
-    def pair_slots(self, pairs: Any) -> np.ndarray:
-        """With pair_slots: the slots of these pairs, (m, 2), by index; 2**32 - 1 for a pair that doesn't touch: (m,) uint32."""
-        return self._world.pair_slots(_arrays.pairs(pairs))
-
-    def pair_slots_end(self) -> int:
-        """Every slot is less than this."""
-        return self._world.pair_slots_end()
 
     def changed_pairs(self) -> np.ndarray:
         """The pairs that began and those that persisted as one list, by index, as contacts() takes it."""
@@ -381,14 +361,13 @@ class World:
         until clear() or restore() makes it a world again."""
         self._world.follow(self._other(other))
 
-    def __getstate__(self) -> tuple[int, str, int, bytes, tuple[bool, list[tuple[int, int]]]]:
+    def __getstate__(self) -> tuple[int, str, int, bytes, list[tuple[int, int]]]:
         if self._world.accept is not None:
             raise Error("a world with an `accept` can't be pickled: functions aren't part of a snapshot. Use save() and restore()")
         return self.dim, self.dtype.str, self._threads, self.save(), self._kept
 
-    def __setstate__(self, state: tuple[int, str, int, bytes, tuple[bool, list[tuple[int, int]]]]) -> None:
-        slots, layers = state[4]
-        World.__init__(self, state[0], np.dtype(state[1]), threads=state[2], pair_slots=slots, layers=layers)
+    def __setstate__(self, state: tuple[int, str, int, bytes, list[tuple[int, int]]]) -> None:
+        World.__init__(self, state[0], np.dtype(state[1]), threads=state[2], layers=state[4])
         self.restore(state[3])
 
     # --- Seeing inside ---
@@ -419,3 +398,49 @@ class World:
         if out.ndim == 2 and out.shape == (2, self.dim) or out.ndim == 1 and out.shape == (2 * self.dim,):
             out = out.reshape(1, 2, self.dim)  # one box
         return out
+
+
+class PairSlots:
+    """Small numbers for pairs, as long as they touch: for arrays of what belongs to pairs.
+
+        slots = jostle.PairSlots()
+        world.update(); slots.update(world.began(), world.ended())      # after every update
+        impulses[slots.slots_of(world.changed_pairs())]
+
+    A pair keeps its number, its slot, from the update in which it begins to the one in which it ends. A pair that begins gets the
+    least that no pair had before the update. An update that was left out is an Error that names a pair.
+    """
+
+    def __init__(self) -> None:
+        self._slots = _core.PairSlots()
+
+    def update(self, began: Any, ended: EndedPairs) -> None:
+        """Gives slots to pairs that begin, and takes back those of pairs that end."""
+        self._slots.update(_arrays.id_pairs(began, "began"), _arrays.id_pairs(ended.pairs, "ended"))
+
+    def began_slots(self) -> np.ndarray:
+        """The slot of each pair that began in the last update, (m,) uint32."""
+        return self._slots.began_slots()
+
+    def ended_slots(self) -> np.ndarray:
+        """The slot that each pair had that ended in the last update."""
+        return self._slots.ended_slots()
+
+    def slots_of(self, pairs: Any) -> np.ndarray:
+        """The slots of these pairs, (m, 2), by index; 2**32 - 1 for a pair that doesn't touch: (m,) uint32."""
+        return self._slots.slots_of(_arrays.pairs(pairs))
+
+    def end(self) -> int:
+        """Every slot is less than this."""
+        return self._slots.end()
+
+    def save(self) -> bytes:
+        """The pairs and their slots, to go back to together with the world."""
+        return self._slots.save()
+
+    def restore(self, saved: bytes) -> None:
+        """Makes these slots the ones that were saved."""
+        self._slots.restore(bytes(memoryview(saved)))
+
+    def __repr__(self) -> str:
+        return f"PairSlots(below {self.end()})"

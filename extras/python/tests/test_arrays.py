@@ -101,7 +101,7 @@ WEAK = ("list", "tuple")  # they don't say which type they are of
 
 def world_of(dtype, command):
     """What a world tells after a command about its objects."""
-    world = jostle.World(DIM, dtype, pair_slots=True)
+    world = jostle.World(DIM, dtype)
     ids = world.add(BOXES.astype(dtype))
     world.update()
     told = command(world, ids)
@@ -209,7 +209,10 @@ def worlds(dtype):
     yield "World.report_again", dict(ids=ids[2:5]), do(lambda world, **a: world.report_again(**a))
     yield "World.report_again", dict(ids=probe.began()[:4]), do(lambda world, **a: world.report_again(**a))
     yield "World.update", dict(ids=ids, boxes=boxes + 1), do(lambda world, **a: world.update(**a))
-    yield "World.pair_slots", dict(pairs=ALL_PAIRS), do(lambda world, **a: world.pair_slots(**a))
+    slots = jostle.PairSlots()
+    slots.update(probe.began(), probe.ended())
+    yield "PairSlots.slots_of", dict(pairs=ALL_PAIRS), lambda **a: slots.slots_of(**a)
+    yield "PairSlots.update", dict(began=probe.began()), lambda **a: (slots.update(**a, ended=jostle.EndedPairs([], [])), slots.began_slots())[1]
     yield "World.touching", dict(ids=ids[::2]), do(lambda world, **a: world.touching(**a))
     yield "World.ids", dict(indices=np.arange(3, 7, dtype=np.uint32)), do(lambda world, **a: world.ids(**a))
     for name in ("contains", "boxes", "bounds", "filters", "enabled", "user_data", "margins"):

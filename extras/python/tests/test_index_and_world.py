@@ -299,21 +299,23 @@ def test_a_world_shows_what_is_queued():
 
 def test_a_world_keeps_what_belongs_to_objects_and_pairs():
     boxes = some_boxes(200, 2, np.float64)
-    world = jostle.World(2, pair_slots=True)
+    world, slots = jostle.World(2), jostle.PairSlots()
     ids = world.add(boxes)
     world.set_user_data(ids, np.arange(200) + 2**40)
     world.update()
+    slots.update(world.began(), world.ended())
     pairs = len(world.began())
-    assert pairs > 10 and world.began_slots().tolist() == list(range(pairs)) and world.pair_slots_end() == pairs
-    assert np.array_equal(world.changed_slots(), world.began_slots())
+    assert pairs > 10 and slots.began_slots().tolist() == list(range(pairs)) and slots.end() == pairs
+    assert repr(slots) == f"PairSlots(below {pairs})"
     for other in (world.fork(), pickle.loads(pickle.dumps(world))):
-        assert np.array_equal(other.user_data(ids), np.arange(200) + 2**40) and other.pair_slots_end() == pairs
+        assert np.array_equal(other.user_data(ids), np.arange(200) + 2**40)
     world.remove(ids[:100])
     world.update()
     ended = world.ended().pairs
-    assert len(world.ended_slots()) == len(ended) > 0
+    slots.update(world.began(), world.ended())
+    assert len(slots.ended_slots()) == len(ended) > 0
     assert np.array_equal(world.user_data(ended[:, 0]), world.index(ended[:, 0]) + np.uint64(2**40))
-    assert len(jostle.World(2).began_slots()) == 0
+    assert len(jostle.PairSlots().began_slots()) == 0
 
 
 def test_a_world_with_layers_says_the_same():
@@ -546,15 +548,32 @@ def test_pairs_and_closest_pairs(dim, dtype):
 
 def test_slots_of_pairs():
     boxes = some_boxes(200, 3, np.float64)
-    world = jostle.World(pair_slots=True)
+    world, slots, other = jostle.World(), jostle.PairSlots(), jostle.PairSlots()
     ids = world.add(boxes)
     world.update()
+    began, none = world.began(), world.ended()
+    slots.update(began, none)
     pairs = world.changed_pairs()
-    assert len(pairs) > 3 and np.array_equal(world.pair_slots(pairs), world.changed_slots())
+    assert len(pairs) > 3 and slots.slots_of(pairs).tolist() == slots.began_slots().tolist() == list(range(len(pairs)))
     apart = set(zip(*np.nonzero(~touch(boxes, boxes)))) - {(i, i) for i in range(200)}
-    assert world.pair_slots([min(apart)]).tolist() == [2**32 - 1] and len(world.pair_slots([])) == 0
-    with pytest.raises(jostle.Error, match="shape"):
-        world.pair_slots([1, 2, 3])
+    assert slots.slots_of([min(apart)]).tolist() == [2**32 - 1] and len(slots.slots_of([])) == 0
+    other.restore(slots.save())
+    world.move(ids[:100], boxes[:100] + 9)
+    world.update()
+    for each in (slots, other):
+        each.update(world.began(), world.ended())
+        assert len(each.ended_slots()) == len(world.ended().pairs) > 0 and each.end() > max(each.ended_slots())
+    assert slots.save() == other.save() and np.array_equal(slots.began_slots(), other.began_slots())
+    with pytest.raises(jostle.Error, match="never began"):
+        slots.update([], world.ended())
+    for pairs in ([1, 2, 3], [[1, 2, 3]]):
+        with pytest.raises(jostle.Error, match="shape"):
+            slots.slots_of(pairs)
+        with pytest.raises(jostle.Error, match="began has the shape"):
+            slots.update(pairs, none)
+    with pytest.raises(jostle.Error, match="whole snapshot"):
+        slots.restore(world.save())
+    assert slots.save() == other.save()
 
 
 def test_questions_asked_in_parts():
@@ -627,8 +646,7 @@ def elsewhere(function):
 
 def reads_of(world, ids):
     everything = jostle.overlapping([[[0, 0, 0], [9, 9, 9]]])
-    return (world.began, world.ended, world.persisted, world.changed_pairs, world.pairs, world.began_slots, world.ended_slots,
-            world.changed_slots, world.stats, world.explain, world.save, world.fork, lambda: world.boxes(ids), lambda: world.bounds(ids),
+    return (world.began, world.ended, world.persisted, world.changed_pairs, world.pairs, world.stats, world.explain, world.save, world.fork, lambda: world.boxes(ids), lambda: world.bounds(ids),
             lambda: world.filters(ids), lambda: world.touching(ids), lambda: len(world), lambda: world.contains(ids),
             lambda: world.all(everything), lambda: world.count(everything), lambda: world.any(everything),
             lambda: world.closest_pairs(2), lambda: jostle.World().closest_pairs(2, world), lambda: world.visit_pairs(lambda *_: False),
@@ -657,7 +675,7 @@ def test_a_world_that_is_updated_is_read_by_nobody_but_its_accept():
         assert len(inner.began()) == 1 and "the world is in use" in str(elsewhere(world.pairs)) and len(world) == 2
         asked.append(1)
         return True
-    world = jostle.World(accept=accept, pair_slots=True)
+    world = jostle.World(accept=accept)
     saved = world.save()
     ids = world.add(boxes + 90)
     world.update(ids, boxes + [[[0]], [[20]]])  # apart, so that nothing is asked

@@ -17,9 +17,8 @@ class Stream:
         self.rng = rng = np.random.default_rng(seed)
         self.dim, self.dtype = int(rng.integers(2, 4)), (np.float32, np.float64)[rng.integers(0, 2)]
         self.has_accept, self.mood = bool(rng.random() < 0.7), 0
-        kept = dict(pair_slots=bool(rng.random() < 0.5))
         margin = float(rng.choice([0, 0.25]))
-        self.world = jostle.World(self.dim, self.dtype, margin=margin, accept=self.asked if self.has_accept else None, **kept)
+        self.world = jostle.World(self.dim, self.dtype, margin=margin, accept=self.asked if self.has_accept else None)
         self.model = Model(self.dim, margin, self.accepts if self.has_accept else None)
         # A second one that is asked together with it, and is updated while the first one's accept is asked.
         self.inner = jostle.World(self.dim, self.dtype, accept=self.asked_by_inner)

@@ -10,7 +10,6 @@
 #include <utility>
 #include <vector>
 
-#include "world/kept/pair_slots.hpp"
 #include "world/kept/records.hpp"
 #include "world/objects/ids.hpp"
 #include "world/objects/key_set.hpp"
@@ -22,7 +21,7 @@ namespace world {
 
 /// The state in the base, a whole snapshot, of all objects and refused pairs that an update has changed since
 /// then. So the differences from the base are known without searching the whole world. It has at least all
-/// that differs; more does no harm. User data and slots of pairs keep their own records.
+/// that differs; more does no harm. User data keep their own records.
 template <int Dim, class T>
 class Journal
 {
@@ -63,8 +62,6 @@ class Journal
               targets(memory),
               is_free(memory),
               refused(memory),
-              slots(memory),
-              slot_keys(memory),
               come(memory),
               gone(memory),
               moved(memory),
@@ -80,8 +77,6 @@ class Journal
         std::pmr::vector<Target> read, targets;
         std::pmr::vector<bool> is_free;
         std::pmr::vector<std::pair<Key, bool>> refused;
-        std::pmr::vector<PairSlots::Note> slots;
-        std::pmr::vector<Key> slot_keys;
         std::pmr::vector<std::uint32_t> come, gone, moved;
         std::pmr::vector<Index> changed;
         std::pmr::vector<Aabb<Dim, T>> come_boxes, moved_boxes;

@@ -18,12 +18,7 @@ namespace world {
 struct Lists
 {
     explicit Lists(std::pmr::memory_resource* memory)
-        : persisted(memory),
-          others(memory),
-          began(memory),
-          ended(memory),
-          began_slots(memory),
-          ended_slots(memory)
+        : persisted(memory), others(memory), began(memory), ended(memory)
     {
     }
     // These two together have all pairs that touch and agree and of which one was active when they were made.
@@ -31,8 +26,7 @@ struct Lists
     std::pmr::vector<Pair> others; // began, refused, or neither of the two changed
     std::pmr::vector<ObjectPair> began;
     std::pmr::vector<EndedPair> ended;
-    std::pmr::vector<std::uint32_t> began_slots, ended_slots; // of these; empty in a world without slots
-    bool all_active = true;                                   // nobody has come to rest since
+    bool all_active = true; // nobody has come to rest since
 };
 
 /// Pairs of indices as numbers that are ordered as the pairs are.

@@ -6,7 +6,6 @@
 
 #include "base/block_buffer_access.hpp"
 #include "base/instantiate.hpp"
-#include "jostle/process.hpp"
 #include "pairs/pair_finder_access.hpp"
 #include "world/implementation.hpp"
 #include "world/update/sort_keys.hpp"
@@ -38,25 +37,6 @@ const PairBuffer& ListedPairs::of(const std::pmr::vector<ObjectPair>& began, con
         while (next != began.end())
             take_began();
         access.append({first, count});
-    });
-    return list_;
-}
-
-std::span<const std::uint32_t> ChangedSlots::of(const PairBuffer& pairs, const PairSlots& slots,
-                                                Executor& executor)
-{
-    made_.ensure([&] {
-        list_.resize(static_cast<std::size_t>(pairs.size()));
-        std::uint32_t* to = list_.data();
-        for (const std::span<const Pair> block : pairs.blocks()) {
-            process_items(block.size(),
-                          [&](std::uint64_t begin, std::uint64_t end, Work) {
-                              for (std::uint64_t k = begin; k < end; ++k)
-                                  to[k] = slots.of(key_of(block[k]));
-                          },
-                          {block.size() < 4 * run_length ? &serial_executor() : &executor, run_length});
-            to += block.size();
-        }
     });
     return list_;
 }

@@ -4,8 +4,7 @@
 //
 // Behind the header: the end of the indices; objects that differ, ascending, as index and record; how many of
 // the base's free indices are left, from the first on, and those behind them; active objects; pairs that are
-// refused (1) or no longer (0); 1 where pairs have slots, else 0, how many slots there are, and those that
-// differ, with the keys of their pairs. Each list has its length in front.
+// refused (1) or no longer (0). Each list has its length in front.
 #include <algorithm>
 #include <limits>
 
@@ -96,24 +95,6 @@ void write_changes(SnapshotWriter& out, typename World<Dim, T>::Implementation& 
         out.put(key);
         out.put(std::uint32_t{state.refused.contains(key)});
     }
-
-    work.slots.clear();
-    if (me.pair_slots)
-        for (const PairSlots::Note& note : me.pair_slots->notes()) {
-            if (note.slot >= me.pair_slots->end()) continue; // gone since the world went back
-            const Key now = me.pair_slots->keys()[note.slot];
-            if (now != note.key || note.slot >= me.pair_slots->end_then())
-                work.slots.push_back({note.slot, now});
-        }
-    std::sort(work.slots.begin(), work.slots.end(),
-              [](const auto& a, const auto& b) { return a.slot < b.slot; });
-    out.put(std::uint32_t{me.pair_slots ? 1u : 0u});
-    out.put(std::uint64_t{me.pair_slots ? me.pair_slots->end() : 0u});
-    out.put(std::uint64_t{work.slots.size()});
-    for (const PairSlots::Note& each : work.slots) {
-        out.put(each.slot);
-        out.put(each.key);
-    }
 }
 
 /// Goes to where the changes say. First all is read, compared and made room for; what fails then leaves the
@@ -122,13 +103,8 @@ template <int Dim, class T>
 class Return
 {
   public:
-    Return(typename World<Dim, T>::Implementation& me, SnapshotReader& in, std::uint32_t version)
-        : me_(me),
-          state_(me.state),
-          journal_(*me.journal),
-          work_(me.journal->work),
-          in_(in),
-          with_shifted_(version == changes_since.version)
+    Return(typename World<Dim, T>::Implementation& me, SnapshotReader& in)
+        : me_(me), state_(me.state), journal_(*me.journal), work_(me.journal->work), in_(in)
     {
     }
 
@@ -139,7 +115,6 @@ class Return
         read_free();
         read_lists();
         read_refused();
-        read_slots();
         in_.demand_end();
     }
     void make_room();
@@ -152,7 +127,6 @@ class Return
     void read_free();
     void read_lists();
     void read_refused();
-    void read_slots();
     [[nodiscard]] const Target* find(std::uint32_t index) const noexcept
     {
         const auto at = std::partition_point(work_.targets.begin(), work_.targets.end(),
@@ -183,8 +157,7 @@ class Return
     Journal<Dim, T>& journal_;
     typename Journal<Dim, T>::Work& work_;
     SnapshotReader& in_;
-    const bool with_shifted_;
-    std::uint64_t end_ = 0, slots_end_ = 0;
+    std::uint64_t end_ = 0;
     std::size_t kept_ = 0;
     bool any_gone_ = false; // of the objects of the base
     Census census_;
@@ -203,7 +176,7 @@ void Return<Dim, T>::read_objects()
         const auto index = in_.get<std::uint32_t>();
         in_.demand(least <= index && index < end_, "the objects don't ascend, or end too late");
         least = std::uint64_t{index} + 1;
-        read.push_back({Index{index}, read_record<Dim, T>(in_, whole_snapshot.version)});
+        read.push_back({Index{index}, read_record<Dim, T>(in_)});
         any_gone_ |= read.back().record.generation == 0;
     }
     // Who is neither among them nor differs from the base now stays as it is.
@@ -263,7 +236,7 @@ void Return<Dim, T>::read_lists()
     work_.parked.clear();
     work_.shifted.clear();
     const auto place_of = [this](std::uint32_t index) { return place(index); };
-    read_active(in_, with_shifted_, place_of, census_.active(), work_.active, work_.parked, work_.shifted);
+    read_active(in_, place_of, census_.active(), work_.active, work_.parked, work_.shifted);
 }
 
 template <int Dim, class T>
@@ -294,61 +267,6 @@ void Return<Dim, T>::read_refused()
     if (any_gone_)
         state_.refused.each(
             [&](Key key) { in_.demand(journal_.was_allowed(key) || is_left(key) || is_read(key), gone); });
-}
-
-template <int Dim, class T>
-void Return<Dim, T>::read_slots()
-{
-    in_.demand(in_.get<std::uint32_t>() == (me_.pair_slots ? 1u : 0u),
-               "there are slots here or there, and not in both");
-    slots_end_ = in_.get<std::uint64_t>();
-    auto& slots = work_.slots;
-    slots.clear();
-    const std::uint64_t count = in_.get_count(12);
-    const std::uint64_t base_end = me_.pair_slots ? me_.pair_slots->end_then() : 0;
-    in_.demand(base_end <= slots_end_ && slots_end_ - base_end <= count && slots_end_ < PairSlots::none &&
-                   (me_.pair_slots || count == 0),
-               "the number of slots fits neither the base nor what follows");
-    constexpr const char* gone = "a pair with a slot names an object that isn't there";
-    std::uint64_t least = 0;
-    for (std::uint64_t k = 0; k < count; ++k) {
-        const auto slot = in_.get<std::uint32_t>();
-        const auto key = in_.get<Key>();
-        in_.demand(least <= slot && slot < slots_end_, "the slots don't ascend, or end too late");
-        in_.demand(key == no_key || is_pair(key), gone);
-        least = std::uint64_t{slot} + 1;
-        slots.push_back({slot, key});
-    }
-    if (!me_.pair_slots) return;
-    // And those that go back to what they had in the base.
-    const std::span<const PairSlots::Note> notes = me_.pair_slots->notes();
-    const auto by_slot = [](const auto& a, const auto& b) { return a.slot < b.slot; };
-    const auto read_end = static_cast<std::ptrdiff_t>(slots.size());
-    for (const PairSlots::Note& note : notes) {
-        if (std::binary_search(slots.begin(), slots.begin() + read_end, note, by_slot)) continue;
-        slots.push_back({note.slot, note.slot < base_end ? note.key : no_key});
-        in_.demand(slots.back().key == no_key || is_left(slots.back().key), gone);
-    }
-    std::sort(slots.begin(), slots.end(), by_slot);
-    auto next = slots.begin();
-    for (std::uint32_t slot = 0; any_gone_ && slot < base_end; ++slot) {
-        while (next != slots.end() && next->slot < slot)
-            ++next;
-        const Key key = me_.pair_slots->keys()[slot];
-        in_.demand(key == no_key || (next != slots.end() && next->slot == slot) || is_left(key), gone);
-    }
-    work_.slot_keys.clear();
-    for (const PairSlots::Note& each : slots) {
-        if (each.key == no_key) continue;
-        work_.slot_keys.push_back(each.key);
-        const std::uint32_t now = me_.pair_slots->of(each.key);
-        in_.demand(now == PairSlots::none ||
-                       std::binary_search(slots.begin(), slots.end(), PairSlots::Note{now, no_key}, by_slot),
-                   "a pair has two slots");
-    }
-    std::sort(work_.slot_keys.begin(), work_.slot_keys.end());
-    in_.demand(std::adjacent_find(work_.slot_keys.begin(), work_.slot_keys.end()) == work_.slot_keys.end(),
-               "a pair has two slots");
 }
 
 template <int Dim, class T>
@@ -392,7 +310,6 @@ void Return<Dim, T>::make_room()
         const Key one[] = {key};
         journal_.note_refused(std::span(one).first(is_now ? 0 : 1), std::span(one).first(is_now ? 1 : 0));
     }
-    if (me_.pair_slots) me_.pair_slots->make_room(work_.slots.size(), static_cast<std::size_t>(slots_end_));
     // Those that are refused then and aren't now are so from here on, unless anything fails.
     struct Added
     {
@@ -451,7 +368,6 @@ void Return<Dim, T>::commit() noexcept
         const Key one[] = {key};
         journal_.forget_refused(one, state_.refused);
     }
-    if (me_.pair_slots) me_.pair_slots->go_back(work_.slots, static_cast<std::uint32_t>(slots_end_));
 
     // Caches, and the lists of the last update.
     me_.neighbour_lists.invalidate_all();
@@ -463,12 +379,9 @@ void Return<Dim, T>::commit() noexcept
     lists.others.clear();
     lists.began.clear();
     lists.ended.clear();
-    lists.began_slots.clear();
-    lists.ended_slots.clear();
     lists.all_active = true;
     me_.began_pairs.forget();
     me_.changed_pairs.forget();
-    me_.changed_slots.forget();
     me_.user_data.forget_removed();
     me_.recall_is_due = true;
 }
@@ -484,7 +397,6 @@ std::vector<std::byte> World<Dim, T>::save_base()
     me.check_own();
     const world::IdTable::Picture ids = me.state.picture_ids();
     std::vector<std::byte> bytes = me.save(ids);
-    if (me.pair_slots) me.pair_slots->make_room_for_notes(0);
     const bool is_first = !me.journal;
     if (is_first) me.journal.emplace(&me.memory);
     try {
@@ -495,7 +407,6 @@ std::vector<std::byte> World<Dim, T>::save_base()
         throw;
     }
     me.user_data.begin_notes();
-    if (me.pair_slots) me.pair_slots->begin_notes();
     return bytes;
 }
 
@@ -508,8 +419,7 @@ void World<Dim, T>::save_changes(std::vector<std::byte>& out)
     world::SnapshotWriter writer;
     writer.bytes.swap(out); // in its memory
     writer.bytes.clear();
-    writer.begin<Dim, T>(world::changes_since, me.state.shifted.empty() ? 1 : world::changes_since.version,
-                         journal.base);
+    writer.begin(world::changes_since, world::saved_space<Dim, T>, journal.base);
     world::write_changes<Dim, T>(writer, me);
     writer.end();
     writer.bytes.swap(out);
@@ -522,13 +432,13 @@ void World<Dim, T>::restore_changes(std::span<const std::byte> changes)
     const world::ChangingCall call = me.begin_change();
     const auto& journal = world::base_of<Dim, T>(me);
     world::SnapshotReader in(world::changes_since, changes);
-    const auto header = in.read_header<Dim, T>();
-    if (header.base != journal.base)
-        in.refuse("they are since another base, whose checksum is " + std::to_string(header.base) +
+    const std::uint64_t base = in.read_header(world::saved_space<Dim, T>);
+    if (base != journal.base)
+        in.refuse("they are since another base, whose checksum is " + std::to_string(base) +
                   "; that of this world's is " + std::to_string(journal.base));
 
     // From here on whoever made them knew both checksums. Still nothing is believed that could do harm.
-    world::Return<Dim, T> back(me, in, header.version);
+    world::Return<Dim, T> back(me, in);
     back.read();
     me.take_back(); // what apply() has shown
     back.make_room();

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Snapshots: what a world is, without what it is made of. The index is built anew; answers don't show it.
 //
-// Behind the header: the margin, filled up to 8 bytes; 8 bytes of 0; a record for each index; free indices
-// with the generations that their next objects get; active objects; pairs that are refused; from version 2
-// on, 1 where pairs have slots, else 0, and the pair of each slot. Each list has its length in front.
+// Behind the header: the margin; a record for each index; free indices with the generations that their next
+// objects get; active objects; pairs that are refused. Each list has its length in front.
 #include <algorithm>
 #include <limits>
 
@@ -18,8 +17,7 @@ namespace {
 
 /// Returns the generations of all indices.
 template <int Dim, class T>
-std::vector<std::uint32_t> read_objects(SnapshotReader& in, State<Dim, T>& state, UserData& user_data,
-                                        std::uint32_t version)
+std::vector<std::uint32_t> read_objects(SnapshotReader& in, State<Dim, T>& state, UserData& user_data)
 {
     const std::uint64_t end = in.get_count(4);
     in.demand(end <= std::numeric_limits<std::uint32_t>::max(), "there are too many objects");
@@ -28,7 +26,7 @@ std::vector<std::uint32_t> read_objects(SnapshotReader& in, State<Dim, T>& state
     std::vector<Aabb<Dim, T>> resting_boxes;
     Census census;
     for (std::uint32_t i = 0; i < end; ++i) {
-        const Record<Dim, T> record = read_record<Dim, T>(in, version);
+        const Record<Dim, T> record = read_record<Dim, T>(in);
         generations[i] = record.generation;
         if (record.generation == 0) continue;
         if (record.has(flag::has_reach)) state.objects.make_room_for_reach(Index{i});
@@ -61,14 +59,13 @@ std::vector<IdTable::Free> read_free_ids(SnapshotReader& in, std::span<const std
 }
 
 template <int Dim, class T>
-void read_lists(SnapshotReader& in, State<Dim, T>& state, std::size_t end, std::uint32_t version)
+void read_lists(SnapshotReader& in, State<Dim, T>& state, std::size_t end)
 {
     std::vector<typename State<Dim, T>::Active> active, parked, shifted;
     const auto place_of = [&](std::uint32_t index) {
         return index < end ? state.objects[Index{index}].place() : Place::none;
     };
-    read_active(in, version == whole_snapshot.version, place_of,
-                state.alive - state.disabled - state.resting.size(), active, parked, shifted);
+    read_active(in, place_of, state.alive - state.disabled - state.resting.size(), active, parked, shifted);
     put_active(state, active, parked, shifted);
 }
 
@@ -85,19 +82,6 @@ void read_refused(SnapshotReader& in, State<Dim, T>& state, std::span<const std:
     }
 }
 
-std::vector<Key> read_slots(SnapshotReader& in, std::span<const std::uint32_t> generations)
-{
-    std::vector<Key> keys(in.get_count(8));
-    for (Key& key : keys) {
-        key = in.get<std::uint64_t>();
-        const Pair pair = pair_of(key);
-        in.demand(key == no_key || (pair.a < pair.b && pair.b < generations.size() &&
-                                    generations[pair.a] != 0 && generations[pair.b] != 0),
-                  "a pair with a slot names an object that isn't there");
-    }
-    return keys;
-}
-
 } // namespace
 } // namespace world
 
@@ -107,12 +91,9 @@ std::vector<std::byte> World<Dim, T>::Implementation::save(const world::IdTable:
     world::SnapshotWriter out;
     const std::size_t per_object = 5 * 4 + sizeof(Aabb<Dim, T>);
     out.bytes.reserve(world::snapshot_header + 128 + (per_object + 24) * state.alive);
-    out.begin<Dim, T>(world::whole_snapshot, 1, 0); // the version, or more in the end
+    out.begin(world::whole_snapshot, world::saved_space<Dim, T>, 0);
     out.put(state.margin);
-    if constexpr (sizeof(T) == 4) out.put(std::uint32_t{0});
-    out.put(std::uint64_t{0}); // reserved
     out.put(std::uint64_t{ids.generations.size()});
-    bool any_more = pair_slots.has_value();
     world::Past<Dim, T> past(state, applied);
     for (std::uint32_t i = 0; i < ids.generations.size(); ++i) {
         world::Record<Dim, T> record;
@@ -120,7 +101,6 @@ std::vector<std::byte> World<Dim, T>::Implementation::save(const world::IdTable:
             record = past.record(world::Index{i});
             record.generation = ids.generations[i];
             record.data = user_data.of(i);
-            any_more |= record.data != 0;
         }
         world::write_record(out, record);
     }
@@ -137,15 +117,6 @@ std::vector<std::byte> World<Dim, T>::Implementation::save(const world::IdTable:
     out.put(std::uint64_t{refused.size()});
     for (const world::Key key : refused)
         out.put(key);
-    const bool any_shifted = !state.shifted.empty();
-    if (any_more || any_shifted) {
-        out.bytes[8] = static_cast<std::byte>(any_shifted ? world::whole_snapshot.version : 2u);
-        out.put(std::uint32_t{pair_slots ? 1u : 0u});
-        out.put(std::uint64_t{pair_slots ? pair_slots->end() : 0u});
-        if (pair_slots)
-            for (const world::Key key : pair_slots->keys())
-                out.put(key);
-    }
     out.end();
     return std::move(out.bytes);
 }
@@ -163,35 +134,19 @@ void World<Dim, T>::restore(std::span<const std::byte> snapshot)
     std::unique_ptr<Implementation> fresh; // the old one in the end, which outlives its `call`
     const world::ChangingCall call = implementation_->begin_change();
     world::SnapshotReader in(world::whole_snapshot, snapshot);
-    const auto [version, base] = in.read_header<Dim, T>();
-    if (base != 0) in.refuse("the checksum says that there was an alteration");
+    if (in.read_header(world::saved_space<Dim, T>) != 0)
+        in.refuse("the checksum says that there was an alteration");
 
     // From here on whoever made it knew the checksum. Still nothing is believed that could do harm.
     WorldOptions options = implementation_->state.options;
     options.margin = double{world::read_margin<T>(in)};
-    if constexpr (sizeof(T) == 4)
-        in.demand(in.get<std::uint32_t>() == 0, "a margin is negative or not finite");
     fresh = std::make_unique<Implementation>(options);
     world::State<Dim, T>& state = fresh->state;
-    (void)in.get<std::uint64_t>(); // how much had changed of late, to the versions before 0.2
-    const std::vector<std::uint32_t> generations = world::read_objects(in, state, fresh->user_data, version);
+    const std::vector<std::uint32_t> generations = world::read_objects(in, state, fresh->user_data);
     state.ids.restore(generations, world::read_free_ids(in, generations));
-    world::read_lists(in, state, generations.size(), version);
+    world::read_lists(in, state, generations.size());
     world::read_refused(in, state, generations);
-    bool has_slots = false;
-    std::vector<world::Key> slots;
-    if (version > 1) {
-        const auto said = in.get<std::uint32_t>();
-        in.demand(said <= 1, "it says neither that there are slots nor that there are none");
-        has_slots = said == 1;
-        slots = world::read_slots(in, generations);
-        in.demand(has_slots || slots.empty(), "there are slots, and it says that there are none");
-    }
     in.demand_end();
-    if (fresh->pair_slots && has_slots)
-        in.demand(fresh->pair_slots->restore(slots), "a pair has two slots");
-    else if (fresh->pair_slots)
-        fresh->pair_slots->assign(world::all_pairs(state));
     fresh->recall_pairs();
     implementation_.swap(fresh);
 }

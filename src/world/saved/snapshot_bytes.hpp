@@ -8,6 +8,7 @@
 #include <limits>
 #include <span>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -19,24 +20,34 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-// Snapshots and changes begin with a header of 48 bytes: eight letters that say which of the two it is, then
-// version, dimensions, bytes of a coordinate and 0 as 32-bit numbers, then the size of what follows the
-// header, the checksum of both (its own place counted as 0), and the checksum of the base of changes (0 of a
-// snapshot) as 64-bit ones. All numbers little-endian, coordinates as IEEE 754.
+// Snapshots, changes and slots of pairs begin with a header of 48 bytes: eight letters that say which it is,
+// then version, dimensions, bytes of a coordinate (both 0 of slots) and 0 as 32-bit numbers, then the size of
+// what follows the header, the checksum of both (its own place counted as 0), and the checksum of the base of
+// changes (else 0) as 64-bit ones. All numbers little-endian, coordinates as IEEE 754.
 inline constexpr std::size_t snapshot_header = 48, size_at = 24, checksum_at = 32, base_at = 40;
 
-/// What a kind of bytes is called, how it begins and in which versions it is read.
+/// What a kind of bytes is called, how it begins, its version, and who reads it.
 struct SnapshotKind
 {
-    char letters[8];
+    std::string_view letters;
     const char* name;
     std::uint32_t version;
+    const char* reader;
 };
-// 4 where objects that rest have moved of late, 2 where there are user data or
-// slots, else 1. (3 was where there were boxes of NaN, which 0.2 could ignore.)
-constexpr SnapshotKind whole_snapshot = {{'j', 'o', 's', 't', 'l', 'e', 'w', 'd'}, "snapshot", 4};
-// 2 where objects that rest have moved of late, else 1.
-constexpr SnapshotKind changes_since = {{'j', 'o', 's', 't', 'l', 'e', 'c', 'h'}, "changes", 2};
+constexpr SnapshotKind whole_snapshot = {"jostlewd", "snapshot", 5,
+                                         "this is a whole snapshot, for World::restore()"};
+constexpr SnapshotKind changes_since = {"jostlech", "changes", 3,
+                                        "these are changes since a base, for World::restore_changes()"};
+constexpr SnapshotKind slots_of_pairs = {"jostleps", "slots of pairs", 1,
+                                         "these are slots of pairs, for PairSlots::restore()"};
+
+/// What kind of world it is of.
+struct SavedSpace
+{
+    std::uint32_t dim = 0, coordinate = 0;
+};
+template <int Dim, class T>
+constexpr SavedSpace saved_space = {Dim, sizeof(T)};
 
 /// Words of 8 bytes, the last filled up with zeros. Each step is a bijection of the sum so far, so a change
 /// within one word always shows.
@@ -84,14 +95,13 @@ class SnapshotWriter
         for (std::size_t k = 0; k < 8; ++k)
             bytes[at + k] = static_cast<std::byte>(number >> (8 * k));
     }
-    template <int Dim, class T>
-    void begin(const SnapshotKind& kind, std::uint32_t version, std::uint64_t base)
+    void begin(const SnapshotKind& kind, const SavedSpace& space, std::uint64_t base)
     {
         for (const char letter : kind.letters)
             bytes.push_back(static_cast<std::byte>(letter));
-        put(version);
-        put(static_cast<std::uint32_t>(Dim));
-        put(static_cast<std::uint32_t>(sizeof(T)));
+        put(kind.version);
+        put(space.dim);
+        put(space.coordinate);
         put(std::uint32_t{0});
         put(std::uint64_t{0}); // size and checksum, for later
         put(std::uint64_t{0});
@@ -149,43 +159,37 @@ class SnapshotReader
     }
     void demand_end() const { demand(at_ == bytes_.size(), "more bytes follow the end"); }
 
-    struct Header
-    {
-        std::uint32_t version;
-        std::uint64_t base;
-    };
-    /// Checks all but what follows the header.
-    template <int Dim, class T>
-    Header read_header()
+    /// Checks all but what follows the header. Returns the checksum of the base.
+    std::uint64_t read_header(const SavedSpace& space)
     {
         if (bytes_.size() < snapshot_header)
             refuse("there are " + std::to_string(bytes_.size()) + " bytes; even the header takes " +
                    std::to_string(snapshot_header));
         const auto begins_as = [&](const SnapshotKind& kind) {
-            return std::memcmp(bytes_.data(), kind.letters, sizeof kind.letters) == 0;
+            return std::memcmp(bytes_.data(), kind.letters.data(), kind.letters.size()) == 0;
         };
         if (!begins_as(kind_)) {
-            if (begins_as(changes_since)) refuse("these are changes since a base, and no whole snapshot");
-            if (begins_as(whole_snapshot)) refuse("this is a whole snapshot, and no changes since a base");
+            for (const SnapshotKind& kind : {whole_snapshot, changes_since, slots_of_pairs})
+                if (begins_as(kind)) refuse(kind.reader);
             refuse("its first bytes are wrong: it is something else, or damaged");
         }
         (void)get<std::uint64_t>();
         const auto version = get<std::uint32_t>(), dim = get<std::uint32_t>(),
                    coordinate = get<std::uint32_t>(), reserved = get<std::uint32_t>();
         const auto length = get<std::uint64_t>(), sum = get<std::uint64_t>(), base = get<std::uint64_t>();
-        if (version == 0 || version > kind_.version)
-            refuse("the version is " + std::to_string(version) + "; this library reads versions 1 to " +
+        if (version != kind_.version)
+            refuse("the version is " + std::to_string(version) + "; this library reads version " +
                    std::to_string(kind_.version));
-        if (dim != Dim || coordinate != sizeof(T))
+        if (dim != space.dim || coordinate != space.coordinate)
             refuse("the world saved has " + std::to_string(dim) + " dimensions and coordinates of " +
-                   std::to_string(coordinate) + " bytes; this one has " + std::to_string(Dim) + " and " +
-                   std::to_string(sizeof(T)));
+                   std::to_string(coordinate) + " bytes; this one has " + std::to_string(space.dim) +
+                   " and " + std::to_string(space.coordinate));
         if (length != bytes_.size() - snapshot_header)
             refuse("there are " + std::to_string(bytes_.size()) + " bytes, but " +
                    std::to_string(length + snapshot_header) + " were saved");
         if (checksum(bytes_) != sum || reserved != 0)
             refuse("the checksum says that there was an alteration");
-        return {version, base};
+        return base;
     }
 
   private:
@@ -200,7 +204,7 @@ namespace saved {
 constexpr std::uint32_t place = 3; // the two bits of `Place`
 constexpr std::uint32_t alive = 1u << 2, enabled = 1u << 3, is_static = 1u << 4;
 constexpr std::uint32_t has_reach = 1u << 5; // box, displacement and margin follow
-constexpr std::uint32_t has_data = 1u << 7;  // user data follow; from version 2 on
+constexpr std::uint32_t has_data = 1u << 7;  // user data follow
 constexpr std::uint32_t all = place | alive | enabled | is_static | has_reach; // but for has_data
 
 struct Meaning
@@ -234,14 +238,13 @@ constexpr std::uint32_t bits_of(std::uint32_t state) noexcept
 }
 
 /// In the list of active objects, how many updates one has been idle; for those that are parked, from this
-/// number on, whose turn comes when. In the last version of each kind, those that rest and have moved of late
-/// are among them.
+/// number on, whose turn comes when. Those that rest and have moved of late are among them.
 constexpr std::uint32_t first_turn = idle_updates + 1;
 
 /// One of that list, whose object has this place, is possible.
-[[nodiscard]] constexpr bool may_be_listed(Place place, std::uint32_t idle, bool with_shifted) noexcept
+[[nodiscard]] constexpr bool may_be_listed(Place place, std::uint32_t idle) noexcept
 {
-    return place == Place::active || (with_shifted && place == Place::resting && idle < shifted_updates);
+    return place == Place::active || (place == Place::resting && idle < shifted_updates);
 }
 
 /// With its generation in front; of no object, that alone.
@@ -271,16 +274,15 @@ T read_margin(SnapshotReader& in)
     return margin;
 }
 
-/// `version` is that of a whole snapshot.
 template <int Dim, class T>
-Record<Dim, T> read_record(SnapshotReader& in, std::uint32_t version)
+Record<Dim, T> read_record(SnapshotReader& in)
 {
     Record<Dim, T> record;
     record.generation = in.get<std::uint32_t>();
     if (record.generation == 0) return record;
     auto bits = in.get<std::uint32_t>();
     record.state = state_of(bits);
-    if (version > 1 && (bits & saved::has_data) != 0) {
+    if ((bits & saved::has_data) != 0) {
         record.data = in.get<std::uint64_t>();
         bits &= ~saved::has_data;
     }
@@ -327,15 +329,15 @@ void write_active(SnapshotWriter& out, const State<Dim, T>& state, List& active)
 /// Reads what that wrote into lists that are empty, parked ones by their turns. `place_of` tells the place of
 /// an index, none where there is no object; `count_of_active` how many have the place active.
 template <class List, class PlaceOf>
-void read_active(SnapshotReader& in, bool with_shifted, const PlaceOf& place_of,
-                 std::uint64_t count_of_active, List& active, List& parked, List& shifted)
+void read_active(SnapshotReader& in, const PlaceOf& place_of, std::uint64_t count_of_active, List& active,
+                 List& parked, List& shifted)
 {
     const std::uint64_t count = in.get_count(8);
     std::uint64_t least = 0;
     for (std::uint64_t k = 0; k < count; ++k) {
         const auto index = in.get<std::uint32_t>(), idle = in.get<std::uint32_t>();
         const Place place = place_of(index);
-        in.demand(least <= index && may_be_listed(place, idle, with_shifted),
+        in.demand(least <= index && may_be_listed(place, idle),
                   "the list of active objects doesn't fit the objects");
         least = std::uint64_t{index} + 1;
         List& list = place == Place::resting ? shifted : idle < first_turn ? active : parked;
