@@ -53,12 +53,12 @@ struct IndexStats
 ///           any sizes, anywhere, infinite too, all in one place or all moving away.
 /// Cost      insert, erase and move cost about a microsecond an object or less, amortised in small steps; queries:
 ///           see Queries.
-/// Threads   questions (the const members) may be asked from any number of threads at a time while no other
+/// Threads   queries (the const members) may be asked from any number of threads at a time while no other
 ///           member runs. A visitor or an `accept` may ask the same index; to change it there is an `Error`,
 ///           and to move, assign or destroy it isn't allowed.
 /// Numbers   unlike a PairFinder, leaves the threads' floating-point mode alone: where the host flushes
 ///           denormal numbers to zero, bounds a denormal apart may touch.
-/// Errors    `Error` naming the bad box, id or question and what is wrong with it, std::bad_alloc, or what a
+/// Errors    `Error` naming the bad box, id or query and what is wrong with it, std::bad_alloc, or what a
 ///           callback threw: the index is as before the call, a result buffer is empty or cut short.
 /// Source    docs/guide/queries.md
 template <int Dim, Coordinate T>

@@ -76,7 +76,7 @@ struct EndedPair
     friend constexpr bool operator==(const EndedPair&, const EndedPair&) = default;
 };
 
-/// Says which objects a question is about. A part that is left as it is filters nothing; category and mask
+/// Says which objects a query is about. A part that is left as it is filters nothing; category and mask
 /// are one part.
 struct ObjectQueryFilter
 {
@@ -87,8 +87,8 @@ struct ObjectQueryFilter
     std::uint32_t mask = ~std::uint32_t{0};
     std::uint32_t owner = Filter::no_owner; ///< objects of this owner don't count
     ObjectId exclude = {};                  ///< nor does this one
-    /// It is called last, with the number of the question (0 for a single one); see QueryFilter::accept.
-    StoredFunctionRef<bool(std::uint32_t question, ObjectId id)> accept = {};
+    /// It is called last, with the number of the query (0 for a single one); see QueryFilter::accept.
+    StoredFunctionRef<bool(std::uint32_t query, ObjectId id)> accept = {};
 };
 
 /// A category and mask that queries have, as in ObjectQueryFilter.
@@ -174,7 +174,7 @@ enum class DrawKind : std::uint8_t
 /// Exact     closed boxes, compared in the user's own numbers; nothing is dropped or capped.
 /// Threads   commands: from any number of threads, at any time, also during update() and inside callbacks.
 ///           Changes, which are update(), apply(), restore(), restore_changes(), clear() and follow(): one at
-///           a time; inside functions given to questions and to draw() they are an `Error`. Calls that work
+///           a time; inside functions given to queries and to draw() they are an `Error`. Calls that work
 ///           in the World's memory, which are join() into a vector, save_base() and save_changes(): one at a
 ///           time as well. A second one of either kind at the same time is an `Error`, and so is any of them
 ///           inside WorldOptions::accept. Everything that reads: from any number of threads, but not during
@@ -255,14 +255,14 @@ class JOSTLE_API World : public Queries<World<Dim, T>, Dim, T, ObjectId, ObjectQ
     /// move(ids, boxes) by this thread, with sequence 0, then update(); the boxes are read in place. After
     /// apply() the moves are queued, and stay so if this fails.
     void update(std::span<const ObjectId> ids, const Boxes& boxes);
-    /// Shows what was queued before the call, ahead of the next update: questions, touching(), pairs() and
+    /// Shows what was queued before the call, ahead of the next update: queries, touching(), pairs() and
     /// all that can be asked about an object see it as it will be. The lists of the last update stay, and so
     /// does what the next one will give, the same as without this call: a pair that begins and ends between
     /// two updates is in no list of theirs. `accept` isn't asked: pairs that it is still to be asked about
     /// count as touching. save() and fork() go by the last update.
     /// Costs as much as applying the commands since the last call; where several threads, or commands with a
-    /// sequence, name one object, as applying all since the update. The first question after it costs about
-    /// as much as moving their objects in a BoxIndex. Questions skip objects that rested and have moved, one
+    /// sequence, name one object, as applying all since the update. The first query after it costs about
+    /// as much as moving their objects in a BoxIndex. Queries skip objects that rested and have moved, one
     /// by one; where these are more than an eighth, each closest_pairs() makes an index without them.
     /// If this or an update fails, all that was shown is taken back: the world is then as the last update
     /// left it, and everything is still queued.
@@ -289,11 +289,11 @@ class JOSTLE_API World : public Queries<World<Dim, T>, Dim, T, ObjectId, ObjectQ
     /// them, which costs as much as a `PairFinder` takes for all objects.
     [[nodiscard]] PairBuffer pairs() const;
     /// Hands the same pairs to `visit` one by one, in the same order, until it returns false. Returns false
-    /// then, else true. Costs about a question for each object that it comes by, and no memory for the pairs.
+    /// then, else true. Costs about a query for each object that it comes by, and no memory for the pairs.
     /// `visit` may queue commands and read the world, not update or restore it.
     bool pairs(FunctionRef<bool(ObjectId a, ObjectId b)> visit) const;
     /// Refills `out` with who this object touches: the others of its pairs in pairs(), ascending by index.
-    /// Costs a question about its bounds.
+    /// Costs a query about its bounds.
     void touching(ObjectId id, std::vector<ObjectId>& out) const;
     /// Hands them to `visitor`, in the order of visit(), until it returns false. Returns false then, else
     /// true.
@@ -322,7 +322,7 @@ class JOSTLE_API World : public Queries<World<Dim, T>, Dim, T, ObjectId, ObjectQ
     /// Returns the id of the object with this index; `ObjectId{}` if there is none.
     [[nodiscard]] ObjectId id(std::uint32_t index) const noexcept;
     /// The least box around the bounds of all objects that aren't disabled; none if there is no such object.
-    /// Costs as little as a question that finds nothing.
+    /// Costs as little as a query that finds nothing.
     [[nodiscard]] std::optional<Box> bounds() const;
     /// Returns the object's box as it was given, without margin and displacement.
     [[nodiscard]] Box box(ObjectId id) const;
@@ -368,7 +368,7 @@ class JOSTLE_API World : public Queries<World<Dim, T>, Dim, T, ObjectId, ObjectQ
     void restore_changes(std::span<const std::byte> changes);
     /// Returns another world that is like this one, without a base.
     [[nodiscard]] World fork() const;
-    /// Becomes a view of `other`, to be asked while `other` is updated: every question, box(), bounds(),
+    /// Becomes a view of `other`, to be asked while `other` is updated: every query, box(), bounds(),
     /// filter(), pairs(), touching() and draw() answers as that of `other` does now, with the same ids,
     /// whatever becomes of `other`. What was in this world is forgotten, and ids of its own mean nothing here
     /// any more. To be called while `other` is neither updated nor restored, nor in a join() into a vector, a

@@ -3,7 +3,7 @@
 #include <array>
 #include <cstring>
 
-#include "c_api/questions.hpp"
+#include "c_api/queries.hpp"
 #include "c_api/results.hpp"
 #include "jostle/version.hpp"
 
@@ -284,8 +284,8 @@ jostle_status jostle_boxes_check(jostle_space space, const jostle_boxes* boxes, 
     });
 }
 
-jostle_status jostle_box_answers(jostle_space space, jostle_question kind, const void* question,
-                                 const void* box, int32_t* answers, double* at, jostle_error* error)
+jostle_status jostle_box_answers(jostle_space space, jostle_question kind, const void* query, const void* box,
+                                 int32_t* answers, double* at, jostle_error* error)
 {
     return guarded(error, [&] {
         wanted(answers, "answers");
@@ -295,18 +295,18 @@ jostle_status jostle_box_answers(jostle_space space, jostle_question kind, const
             using T = typename decltype(in)::T;
             Aabb<dim, T> target;
             std::memcpy(&target, wanted_array_of<T>(box, 2 * dim, "box"), sizeof target);
-            with_questions<dim, T>(kind, question, 1, any_kind, [&](auto questions) {
-                const auto& asked = questions.front();
-                using Question = std::remove_cvref_t<decltype(asked)>;
-                if constexpr (is_nearest<Question>) {
+            with_questions<dim, T>(kind, query, 1, any_kind, [&](auto queries) {
+                const auto& asked = queries.front();
+                using Query = std::remove_cvref_t<decltype(asked)>;
+                if constexpr (is_nearest<Query>) {
                     T distance;
-                    if constexpr (std::same_as<Question, Nearest<dim, T>>)
+                    if constexpr (std::same_as<Query, Nearest<dim, T>>)
                         distance = squared_distance(asked.point, target);
                     else
                         distance = squared_distance(asked.box, target);
                     *at = distance;
                     *answers = distance <= asked.max_distance * asked.max_distance ? 1 : 0;
-                } else if constexpr (is_line<Question>) {
+                } else if constexpr (is_line<Query>) {
                     const auto hit = hit_fraction(asked, target);
                     *at = hit ? *hit : T(0);
                     *answers = hit ? 1 : 0;

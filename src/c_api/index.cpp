@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <variant>
 
-#include "c_api/questions.hpp"
+#include "c_api/queries.hpp"
 #include "c_api/shape_questions.hpp"
 #include "jostle/box_index.hpp"
 
@@ -65,9 +65,9 @@ class IndexFilter
     struct Accept
     {
         const jostle_query_filter* given;
-        bool operator()(std::uint32_t question, std::uint32_t id) const
+        bool operator()(std::uint32_t query, std::uint32_t id) const
         {
-            return agreed(given->accept(given->context, question, id));
+            return agreed(given->accept(given->context, query, id));
         }
     };
     jostle_query_filter given_;
@@ -79,9 +79,9 @@ std::uint64_t id_of_hit(std::uint32_t id) noexcept
     return id == Hit<float>::none ? UINT64_MAX : id;
 }
 
-/// inside(index, questions, filter) with everything in its type.
+/// inside(index, queries, filter) with everything in its type.
 template <class F>
-void ask(const jostle_index* index, jostle_question kind, const void* questions, std::uint64_t count,
+void ask(const jostle_index* index, jostle_question kind, const void* queries, std::uint64_t count,
          const jostle_query_filter* filter, unsigned kinds, F&& inside);
 
 } // namespace
@@ -97,13 +97,13 @@ struct Behind<jostle_index>
 namespace {
 
 template <class F>
-void ask(const jostle_index* index, jostle_question kind, const void* questions, std::uint64_t count,
+void ask(const jostle_index* index, jostle_question kind, const void* queries, std::uint64_t count,
          const jostle_query_filter* filter, unsigned kinds, F&& inside)
 {
     const IndexContent& content = open(index);
     with_filter<IndexFilter, QueryFilter>(filter, count, [&](const auto& wish) {
         content.on([&]<int Dim, Coordinate T>(const BoxIndex<Dim, T>& typed) {
-            with_questions<Dim, T>(kind, questions, count, kinds,
+            with_questions<Dim, T>(kind, queries, count, kinds,
                                    [&](auto asked) { inside(typed, asked, wish); });
         });
     });
@@ -278,38 +278,38 @@ jostle_status jostle_index_join(jostle_index* index, const jostle_boxes* boxes, 
     });
 }
 
-jostle_status jostle_index_first(const jostle_index* index, jostle_question kind, const void* questions,
+jostle_status jostle_index_first(const jostle_index* index, jostle_question kind, const void* queries,
                                  uint64_t count, const jostle_query_filter* filter, jostle_hit* hits,
                                  jostle_error* error)
 {
     return guarded(error, [&] {
-        ask(index, kind, questions, count, filter, lines,
+        ask(index, kind, queries, count, filter, lines,
             [&]<int Dim, Coordinate T>(const BoxIndex<Dim, T>& typed, auto asked, const auto& wish) {
                 if constexpr (is_line<typename decltype(asked)::value_type>)
                     ask_first<Hit<T>>(typed, asked, wish, hits, id_of_hit);
             });
     });
 }
-jostle_status jostle_index_all(const jostle_index* index, jostle_question kind, const void* questions,
+jostle_status jostle_index_all(const jostle_index* index, jostle_question kind, const void* queries,
                                uint64_t count, const jostle_query_filter* filter, uint64_t max_results,
                                jostle_results* results, jostle_error* error)
 {
     return guarded(error, [&] {
         ResultsContent& into = open(results);
-        ask(index, kind, questions, count, filter, any_kind,
+        ask(index, kind, queries, count, filter, any_kind,
             [&]<int Dim, Coordinate T>(const BoxIndex<Dim, T>& typed, auto asked, const auto& wish) {
                 ask_all<Hit<T>, std::uint32_t>(typed, asked, wish, max_results, into, plain_id);
             });
     });
 }
-jostle_status jostle_index_visit(const jostle_index* index, jostle_question kind, const void* question,
+jostle_status jostle_index_visit(const jostle_index* index, jostle_question kind, const void* query,
                                  const jostle_query_filter* filter, jostle_visit_answer_function visit,
                                  void* context, int32_t* finished, jostle_error* error)
 {
     return guarded(error, [&] {
         wanted_function(visit, "visit");
         wanted(finished, "finished");
-        ask(index, kind, question, 1, filter, any_kind,
+        ask(index, kind, query, 1, filter, any_kind,
             [&]<int Dim, Coordinate T>(const BoxIndex<Dim, T>& typed, auto asked, const auto& wish) {
                 *finished = ask_visit<T>(typed, asked.front(), wish, visit, context, plain_id) ? 1 : 0;
             });
@@ -343,21 +343,21 @@ jostle_status jostle_index_closest_pairs(const jostle_index* index, const jostle
                    });
     });
 }
-jostle_status jostle_index_any(const jostle_index* index, jostle_question kind, const void* questions,
+jostle_status jostle_index_any(const jostle_index* index, jostle_question kind, const void* queries,
                                uint64_t count, const jostle_query_filter* filter, uint8_t* any,
                                jostle_error* error)
 {
     return guarded(error, [&] {
-        ask(index, kind, questions, count, filter, lines | regions,
+        ask(index, kind, queries, count, filter, lines | regions,
             [&](const auto& typed, auto asked, const auto& wish) { ask_any(typed, asked, wish, any); });
     });
 }
-jostle_status jostle_index_count(const jostle_index* index, jostle_question kind, const void* questions,
+jostle_status jostle_index_count(const jostle_index* index, jostle_question kind, const void* queries,
                                  uint64_t count, const jostle_query_filter* filter, uint64_t* counts,
                                  jostle_error* error)
 {
     return guarded(error, [&] {
-        ask(index, kind, questions, count, filter, lines | regions,
+        ask(index, kind, queries, count, filter, lines | regions,
             [&](const auto& typed, auto asked, const auto& wish) { ask_count(typed, asked, wish, counts); });
     });
 }

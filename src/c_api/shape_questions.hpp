@@ -7,7 +7,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "c_api/questions.hpp"
+#include "c_api/queries.hpp"
 #include "c_api/results.hpp"
 #include "c_api/shapes.hpp"
 #include "jostle/shape_query.hpp"
@@ -30,7 +30,7 @@ inline std::uint64_t count_of(const jostle_casts* casts)
     return given.moving == nullptr ? given.rays.count : given.moving->poses.count;
 }
 
-/// inside(questions) with a contiguous range of rays or shapes that move.
+/// inside(queries) with a contiguous range of rays or shapes that move.
 template <int Dim, Coordinate T, class F>
 void with_casts(const jostle_casts& given, F&& inside)
 {
@@ -80,9 +80,9 @@ void ask_first_hits(const Asked& asked, const jostle_objects* objects, const jos
     wanted_array(ids, count, "ids");
     auto* const out = wanted_array_of<CastHit<dim, T>>(hits, count, "hits");
     const Filters<Wish, Filter> wishes(filters, filter_count, count);
-    with_casts<dim, T>(*casts, [&](const auto& questions) {
-        std::vector<typename Asked::FoundShape> found(questions.size());
-        asked.first(questions, {of.shapes, of.poses}, found, as_query_filters(wishes.all()));
+    with_casts<dim, T>(*casts, [&](const auto& queries) {
+        std::vector<typename Asked::FoundShape> found(queries.size());
+        asked.first(queries, {of.shapes, of.poses}, found, as_query_filters(wishes.all()));
         take_apart<CastHit<dim, T>>(std::span<const typename Asked::FoundShape>(found), ids, out, id_of);
     });
 }
@@ -98,9 +98,9 @@ void ask_all_hits(const Asked& asked, const jostle_objects* objects, const jostl
     const auto of = objects_of<Objects, dim, T>(objects, "objects");
     const Filters<Wish, Filter> wishes(filters, filter_count, count_of(casts));
     into.begin();
-    with_casts<dim, T>(*casts, [&](const auto& questions) {
+    with_casts<dim, T>(*casts, [&](const auto& queries) {
         ResultLists<typename Asked::FoundShape> found(into.kept.resource());
-        asked.all(questions, {of.shapes, of.poses}, found, as_query_filters(wishes.all()), max_results);
+        asked.all(queries, {of.shapes, of.poses}, found, as_query_filters(wishes.all()), max_results);
         const auto hits = found.items();
         start(into.lists, true);
         for (std::size_t i = 0; i < found.size(); ++i) {
@@ -137,13 +137,13 @@ void ask_nearest_shapes(const Asked& asked, const jostle_objects* objects, const
     wanted_array(ids, count, "ids");
     auto* const out = wanted_array_of<Distance<dim, T>>(distances, count, "distances");
     const Filters<Wish, Filter> wishes(filters, filter_count, count);
-    std::vector<NearestToShape<dim, T>> questions(count);
+    std::vector<NearestToShape<dim, T>> queries(count);
     for (std::size_t i = 0; i < count; ++i) {
-        questions[i] = {askers.shapes[i], askers.poses[i]};
-        if (most.size() != 0) questions[i].max_distance = static_cast<T>(most[i]);
+        queries[i] = {askers.shapes[i], askers.poses[i]};
+        if (most.size() != 0) queries[i].max_distance = static_cast<T>(most[i]);
     }
     std::vector<typename Asked::FoundDistance> found(count);
-    asked.nearest(questions, {of.shapes, of.poses}, found, as_query_filters(wishes.all()));
+    asked.nearest(queries, {of.shapes, of.poses}, found, as_query_filters(wishes.all()));
     take_apart<Distance<dim, T>>(std::span<const typename Asked::FoundDistance>(found), ids, out, id_of);
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <functional>
 
-#include "c_api/questions.hpp"
+#include "c_api/queries.hpp"
 #include "c_api/world.hpp"
 
 namespace jostle::c_api {

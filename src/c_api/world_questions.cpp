@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "c_api/questions.hpp"
+#include "c_api/queries.hpp"
 #include "c_api/shape_questions.hpp"
 #include "c_api/world.hpp"
 
@@ -31,9 +31,9 @@ class WorldFilter
     struct Accept
     {
         const jostle_query_filter* given;
-        bool operator()(std::uint32_t question, ObjectId id) const
+        bool operator()(std::uint32_t query, ObjectId id) const
         {
-            return agreed(given->accept(given->context, question, to_c(id)));
+            return agreed(given->accept(given->context, query, to_c(id)));
         }
     };
     jostle_query_filter given_;
@@ -41,13 +41,13 @@ class WorldFilter
 };
 
 template <class F>
-void ask(const jostle_world* world, jostle_question kind, const void* questions, std::uint64_t count,
+void ask(const jostle_world* world, jostle_question kind, const void* queries, std::uint64_t count,
          const jostle_query_filter* filter, unsigned kinds, F&& inside)
 {
     const WorldContent& content = open(world);
     with_filter<WorldFilter, ObjectQueryFilter>(filter, count, [&](const auto& wish) {
         content.on([&]<int Dim, Coordinate T>(const World<Dim, T>& typed) {
-            with_questions<Dim, T>(kind, questions, count, kinds,
+            with_questions<Dim, T>(kind, queries, count, kinds,
                                    [&](auto asked) { inside(typed, asked, wish); });
         });
     });
@@ -61,38 +61,38 @@ using namespace jostle::c_api;
 
 extern "C" {
 
-jostle_status jostle_world_first(const jostle_world* world, jostle_question kind, const void* questions,
+jostle_status jostle_world_first(const jostle_world* world, jostle_question kind, const void* queries,
                                  uint64_t count, const jostle_query_filter* filter, jostle_hit* hits,
                                  jostle_error* error)
 {
     return guarded(error, [&] {
-        ask(world, kind, questions, count, filter, lines,
+        ask(world, kind, queries, count, filter, lines,
             [&]<int Dim, Coordinate T>(const World<Dim, T>& typed, auto asked, const auto& wish) {
                 if constexpr (is_line<typename decltype(asked)::value_type>)
                     ask_first<Hit<T, ObjectId>>(typed, asked, wish, hits, to_c);
             });
     });
 }
-jostle_status jostle_world_all(const jostle_world* world, jostle_question kind, const void* questions,
+jostle_status jostle_world_all(const jostle_world* world, jostle_question kind, const void* queries,
                                uint64_t count, const jostle_query_filter* filter, uint64_t max_results,
                                jostle_results* results, jostle_error* error)
 {
     return guarded(error, [&] {
         ResultsContent& into = open(results);
-        ask(world, kind, questions, count, filter, any_kind,
+        ask(world, kind, queries, count, filter, any_kind,
             [&]<int Dim, Coordinate T>(const World<Dim, T>& typed, auto asked, const auto& wish) {
                 ask_all<Hit<T, ObjectId>, ObjectId>(typed, asked, wish, max_results, into, to_c);
             });
     });
 }
-jostle_status jostle_world_visit(const jostle_world* world, jostle_question kind, const void* question,
+jostle_status jostle_world_visit(const jostle_world* world, jostle_question kind, const void* query,
                                  const jostle_query_filter* filter, jostle_visit_answer_function visit,
                                  void* context, int32_t* finished, jostle_error* error)
 {
     return guarded(error, [&] {
         wanted_function(visit, "visit");
         wanted(finished, "finished");
-        ask(world, kind, question, 1, filter, any_kind,
+        ask(world, kind, query, 1, filter, any_kind,
             [&]<int Dim, Coordinate T>(const World<Dim, T>& typed, auto asked, const auto& wish) {
                 *finished = ask_visit<T>(typed, asked.front(), wish, visit, context, to_c) ? 1 : 0;
             });
@@ -114,21 +114,21 @@ jostle_status jostle_world_closest_pairs(const jostle_world* world, const jostle
         });
     });
 }
-jostle_status jostle_world_any(const jostle_world* world, jostle_question kind, const void* questions,
+jostle_status jostle_world_any(const jostle_world* world, jostle_question kind, const void* queries,
                                uint64_t count, const jostle_query_filter* filter, uint8_t* any,
                                jostle_error* error)
 {
     return guarded(error, [&] {
-        ask(world, kind, questions, count, filter, lines | regions,
+        ask(world, kind, queries, count, filter, lines | regions,
             [&](const auto& typed, auto asked, const auto& wish) { ask_any(typed, asked, wish, any); });
     });
 }
-jostle_status jostle_world_count(const jostle_world* world, jostle_question kind, const void* questions,
+jostle_status jostle_world_count(const jostle_world* world, jostle_question kind, const void* queries,
                                  uint64_t count, const jostle_query_filter* filter, uint64_t* counts,
                                  jostle_error* error)
 {
     return guarded(error, [&] {
-        ask(world, kind, questions, count, filter, lines | regions,
+        ask(world, kind, queries, count, filter, lines | regions,
             [&](const auto& typed, auto asked, const auto& wish) { ask_count(typed, asked, wish, counts); });
     });
 }

@@ -29,7 +29,7 @@ using index::Wanted;
 
 namespace {
 
-/// A question that calls the user's code, on this thread. As long as it lasts, nothing that this code calls
+/// A query that calls the user's code, on this thread. As long as it lasts, nothing that this code calls
 /// may change the index, or the search would go on reading memory that has been reused.
 class Answering
 {
@@ -52,7 +52,7 @@ class Answering
         for (const Answering* each = PerThread<const Answering>::get(); each != nullptr; each = each->outer_)
             if (each->index_ == index)
                 throw Error(ErrorCode::invalid_argument,
-                            "this BoxIndex is answering a question, which runs this callback; change it "
+                            "this BoxIndex is answering a query, which runs this callback; change it "
                             "afterwards");
     }
 
@@ -97,7 +97,7 @@ struct BoxIndex<Dim, T>::Implementation
     {
     }
 
-    /// Throws if what changes the index is called by the code that a question calls.
+    /// Throws if what changes the index is called by the code that a query calls.
     void check_change() const { Answering::check_none(this); }
 
     void build(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes)

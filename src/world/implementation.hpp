@@ -50,7 +50,7 @@ class Reader
         if (readers.load(std::memory_order_relaxed) != 0)
             throw Error(
                 ErrorCode::invalid_argument,
-                "this World is answering a question or draw(), which runs this callback or was called by "
+                "this World is answering a query or draw(), which runs this callback or was called by "
                 "another thread; queue commands there, and update the world afterwards");
     }
 
@@ -139,12 +139,12 @@ struct World<Dim, T>::Implementation
     void queue(const world::Command<Dim, T>& command);
     /// Throws if this is a view of another world.
     void check_own() const;
-    /// What questions see of these may be different: after an update or apply(), or because it is taken back.
+    /// What queries see of these may be different: after an update or apply(), or because it is taken back.
     void note(std::span<const world::Index> changed, std::span<const std::uint32_t> settling) noexcept;
     /// What rests has changed as well: after an update.
     void note_resting(std::span<const std::uint32_t> rested,
                       std::span<const std::uint32_t> settling) noexcept;
-    /// In update.cpp: an update, stage by stage; and what can be done ahead of one, for questions.
+    /// In update.cpp: an update, stage by stage; and what can be done ahead of one, for queries.
     void update(const world::Moves<Dim, T>& moves);
     void begin_changes();
     void note_removals();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The interface of World: arguments are checked, commands queued, results shown. What an update does stands
-// in update.cpp, questions and snapshots in folders of their own.
+// in update.cpp, queries and snapshots in folders of their own.
 #include "jostle/world.hpp"
 
 #include <algorithm>
@@ -159,7 +159,7 @@ void World<Dim, T>::Implementation::check_own() const
 {
     if (follows)
         throw Error(ErrorCode::invalid_argument,
-                    "this World is a view that follows another one: it only answers questions; change the "
+                    "this World is a view that follows another one: it only answers queries; change the "
                     "other one, or make this one a world again by clear() or restore()");
 }
 

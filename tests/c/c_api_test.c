@@ -710,7 +710,7 @@ static void check_answers(jostle_space space, const jostle_index* index, const j
                 OK(jostle_world_count(world, kind, array, 3, each, together, &error));
                 CHECK(memcmp(alone, together, sizeof alone) == 0);
                 FAILS(jostle_index_count(index, kind, array, 2, each, together, &error), JOSTLE_SIZE_MISMATCH,
-                      "2 questions and 3 filters");
+                      "2 queries and 3 filters");
             }
         }
     }

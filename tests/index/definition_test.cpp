@@ -108,7 +108,7 @@ TEST(Refusals, NameTheValueAndTheQuestion)
                 [&] { index.first(std::span<const Ray<3, float>>(rays), std::span<Hit<float>>(firsts)); }),
         "ray 1: origin.z is inf; it must be a finite number");
     EXPECT_EQ(refusal(ErrorCode::inverted_box, [&] { index.all(Aabb3f{{0, 2, 0}, {1, 1.5f, 1}}, ids); }),
-              "region: lo.y = 2 is greater than hi.y = 1.5; swap them or drop the question");
+              "region: lo.y = 2 is greater than hi.y = 1.5; swap them or drop the query");
     EXPECT_EQ(
         refusal(ErrorCode::nan_coordinate, [&] { index.all(Aabb3f{{0, 2, 0}, {1, 3, nan_value}}, ids); }),
         "region: hi.z is NaN; it must be a number");

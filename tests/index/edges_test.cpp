@@ -223,11 +223,11 @@ TEST(Refusals, OfWhatDoesntFitTogether)
         EXPECT_EQ(message_of([&] {
                       index.count(std::span<const Aabb3f>(regions), std::span<std::uint64_t>(counts));
                   }),
-                  "there are 2 questions and " + std::to_string(room) +
+                  "there are 2 queries and " + std::to_string(room) +
                       " places for answers; give one for each");
     }
     EXPECT_EQ(message_of([&] { (void)index.count(Sweep<3, float>{{{2, 0, 0}, {1, 1, 1}}, {1, 0, 0}}); }),
-              "sweep: lo.x = 2 is greater than hi.x = 1; swap them or drop the question");
+              "sweep: lo.x = 2 is greater than hi.x = 1; swap them or drop the query");
     // Neither side by side nor in order.
     EXPECT_EQ(message_of([&] { index.erase(std::vector<std::uint32_t>{7, 3, 8, 7}); }),
               "entry 3: id 7 comes twice in one call");

@@ -95,7 +95,7 @@ TEST(Visits, RefuseWhatIsNoNumber)
     const auto none = [](const Hit<float>&, float&) { return ADD_FAILURE(), true; };
     EXPECT_EQ(
         refusal(ErrorCode::inverted_box, [&] { index.visit(NearestToBox3f{{{0, 0, 0}, {-1, 1, 1}}}, none); }),
-        "nearest: lo.x = 0 is greater than hi.x = -1; swap them or drop the question");
+        "nearest: lo.x = 0 is greater than hi.x = -1; swap them or drop the query");
     EXPECT_EQ(refusal(ErrorCode::invalid_argument,
                       [&] { index.visit(NearestToBox3f{{{0, 0, 0}, {1, inf, 1}}}, none); }),
               "nearest: box.hi.y is inf; it must be a finite number");
@@ -128,7 +128,7 @@ void change_in_all_ways(BoxIndex3f& index)
     EXPECT_FALSE(index.visit(along_x, [](const Hit<float>&, float&) { return false; })) << "it may be asked";
     const std::vector<Aabb3f> boxes = row(100);
     const std::string expected =
-        "this BoxIndex is answering a question, which runs this callback; change it afterwards";
+        "this BoxIndex is answering a query, which runs this callback; change it afterwards";
     const auto refuses = [&](auto&& change) {
         EXPECT_EQ(refusal(ErrorCode::invalid_argument, change), expected);
     };

@@ -397,12 +397,12 @@ TEST(Questions, WhatIsWrongIsSaidOnAllRanks)
     rays[1].origin[2] = 0;
     if (last) hits.pop_back();
     text = failure_of(firsts);
-    EXPECT_TRUE(says(text, at + "there are 3 questions and 2 places for answers")) << text;
+    EXPECT_TRUE(says(text, at + "there are 3 queries and 2 places for answers")) << text;
     hits.resize(3);
     jostle::mpi::Answers<jostle::mpi::ObjectHit<float>> lists;
     const std::vector<QueryFilter> filters(last ? 2 : 3);
     text = failure_of([&] { scene.world->all(std::span<const jostle::Ray3f>(rays), lists, filters); });
-    EXPECT_TRUE(says(text, at + "there are 3 questions and 2 filters")) << text;
+    EXPECT_TRUE(says(text, at + "there are 3 queries and 2 filters")) << text;
     if (ranks() > 1) {
         text = failure_of([&] {
             if (last)

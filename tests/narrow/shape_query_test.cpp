@@ -638,15 +638,15 @@ TEST(ShapeQuery, RefusesWhatIsInvalid)
     std::vector<Ray3d> rays(100, Ray3d{{-9, 0, 0}, {1, 0, 0}});
     rays[40].origin[1] = rays[90].origin[1] = nan;
     std::vector<BoxIndex3d::FoundShape> hits(100);
-    EXPECT_TRUE(has(message([&] { index.first(rays, objects, hits); }), "question 40: a ray has"));
+    EXPECT_TRUE(has(message([&] { index.first(rays, objects, hits); }), "query 40: a ray has"));
     ResultLists<BoxIndex3d::FoundShape> lists;
-    EXPECT_TRUE(has(message([&] { index.all(rays, objects, lists); }), "question 40: a ray has"));
+    EXPECT_TRUE(has(message([&] { index.all(rays, objects, lists); }), "query 40: a ray has"));
     rays.resize(40);
     EXPECT_TRUE(
-        has(message([&] { index.first(rays, objects, hits); }), "40 questions and 100 places for answers"));
+        has(message([&] { index.first(rays, objects, hits); }), "40 queries and 100 places for answers"));
     hits.resize(40);
     EXPECT_TRUE(has(message([&] { index.first(rays, objects, hits, std::vector<QueryFilter>(3)); }),
-                    "40 questions and 3 filters"));
+                    "40 queries and 3 filters"));
     // What is met must be there, and valid; what isn't met isn't looked at.
     poses[1].position[0] = nan;
     const Ray3d away{{-9, 0, 0}, {-1, 0, 0}}, along{{-9, 0, 0}, {1, 0, 0}}, back{{20, 0, 0}, {-1, 0, 0}};

@@ -308,7 +308,7 @@ TEST(Follow, NotItselfNorAWorldInItsUpdate)
         error = error_of([&] { view.follow(world); });
         return true;
     });
-    EXPECT_NE(error.find("is answering a question"), std::string::npos);
+    EXPECT_NE(error.find("is answering a query"), std::string::npos);
 }
 
 } // namespace

@@ -460,7 +460,7 @@ void World<Dim, T>::Implementation::count(std::span<const Question> questions, s
         implementation_->count(questions, out, Filters(filter));                                             \
     }
 JOSTLE_QUESTIONS(const QueryFilter&)
-JOSTLE_QUESTIONS(std::span<const QueryFilter>)
+JOSTLE_QUESTIONS(FilterOfEach)
 #undef JOSTLE_QUESTIONS
 
 // --- About this rank's -----------------------------------------------------------------------------------
@@ -547,7 +547,7 @@ std::uint64_t World<Dim, T>::count_owned(const Question& question, const QueryFi
                                                const QueryFilter&) const;
 #define JOSTLE_WORLD(Dim, T)                                                                                 \
     JOSTLE_ABOUT_ALL(Dim, T, const QueryFilter&)                                                             \
-    JOSTLE_ABOUT_ALL(Dim, T, std::span<const QueryFilter>)                                                   \
+    JOSTLE_ABOUT_ALL(Dim, T, FilterOfEach)                                                                   \
     JOSTLE_LINE_OWNED(Dim, T, Ray)                                                                           \
     JOSTLE_LINE_OWNED(Dim, T, Sweep)                                                                         \
     JOSTLE_REGION_OWNED(Dim, T, Aabb)                                                                        \

@@ -143,7 +143,7 @@ struct AskFilter
     void check(std::uint64_t questions) const
     {
         if (has_each && excludes.size() != questions)
-            refuse("there are " + std::to_string(questions) + " questions and " +
+            refuse("there are " + std::to_string(questions) + " queries and " +
                    std::to_string(excludes.size()) + " ids to exclude: give one for all, or one for each");
     }
 

@@ -154,7 +154,7 @@ def test_questions_to_all_shapes(dim, dtype):
     assert np.array_equal(near["id"] == 0, np.where(np.arange(60) == nearest["id"][0], np.inf, every).min(axis=1) > dtype(0.1))
     with pytest.raises(jostle.Error, match="ShapeSweeps"):
         index.first_hits(origins, shapes, poses)
-    with pytest.raises(jostle.Error, match="question 0: a ray"):
+    with pytest.raises(jostle.Error, match="query 0: a ray"):
         index.first_hits(jostle.rays(origins, np.zeros(dim, dtype)), shapes, poses)
     with pytest.raises(jostle.Error, match="displacements"):
         index.first_hits(jostle.ShapeSweeps(movers, jostle.poses(origins), np.ones((3, dim), dtype)), shapes, poses)

@@ -78,7 +78,7 @@ def test_question_filters():
     assert world.all(boxes, exclude=ids)[3].tolist() == [id for id in ids if id != ids[3]]
     many = np.repeat(boxes, 500, axis=0)  # more than are asked at once
     assert (index.count(many, exclude=np.repeat(np.arange(10), 500), accept=lambda question, id: id == question // 500) == 0).all()
-    with pytest.raises(jostle.Error, match="10 questions and 3 ids to exclude"):
+    with pytest.raises(jostle.Error, match="10 queries and 3 ids to exclude"):
         index.count(boxes, exclude=[1, 2, 3])
     with pytest.raises(jostle.Error, match="single id"):
         world.join(boxes, exclude=ids)

@@ -43,7 +43,7 @@ void sort_ids(const Kernels<Dim, T>& kernels, std::uint32_t* ids, std::size_t co
         sort_by_digits(ids, count, static_cast<int>(std::bit_width(id_end - 1)), spare);
 }
 
-template <class Question>
+template <class Query>
 struct ItemOf
 {
     using Item = std::uint32_t;
@@ -59,16 +59,16 @@ struct ItemOf<Sweep<Dim, T>>
     using Item = Hit<T>;
 };
 
-// Both questions for the nearest, as one: a point is a box.
+// Both queries for the nearest, as one: a point is a box.
 template <int Dim, class T>
-Aabb<Dim, T> from_of(const Nearest<Dim, T>& question) noexcept
+Aabb<Dim, T> from_of(const Nearest<Dim, T>& query) noexcept
 {
-    return {question.point, question.point};
+    return {query.point, query.point};
 }
 template <int Dim, class T>
-const Aabb<Dim, T>& from_of(const NearestToBox<Dim, T>& question) noexcept
+const Aabb<Dim, T>& from_of(const NearestToBox<Dim, T>& query) noexcept
 {
-    return question.box;
+    return query.box;
 }
 
 /// What a visitor says that nothing counts beyond, taken over if it is less. It is about this object.
@@ -175,7 +175,7 @@ class OfFew
     std::uint32_t ids_[most];
 };
 
-/// Answers questions that have been checked: about the objects of one tree, or of two as if they were one.
+/// Answers queries that have been checked: about the objects of one tree, or of two as if they were one.
 template <int Dim, class T>
 class Answers
 {
@@ -202,11 +202,11 @@ class Answers
     }
 
     /// `none` if there is none.
-    template <class Question>
-    Hit<T> first(const Question& question, Wanted wanted) const
+    template <class Query>
+    Hit<T> first(const Query& query, Wanted wanted) const
     {
         Hit<T> best;
-        Line<Dim, T> line(question);
+        Line<Dim, T> line(query);
         each_root(wanted, [&](Child<Dim, T> root, Wanted here) {
             const Hit<T> hit = kernels_.first(root, line, here);
             if (hit.id == Hit<T>::none || (best.id != Hit<T>::none && !(hit < best))) return true;
@@ -217,13 +217,13 @@ class Answers
         return best;
     }
     /// Appends the first max_results, in order. Returns whether there are more.
-    template <class Question, class Items>
-    bool all(const Question& question, Wanted wanted, std::uint64_t max_results, Items& out) const
+    template <class Query, class Items>
+    bool all(const Query& query, Wanted wanted, std::uint64_t max_results, Items& out) const
     {
         const std::size_t begin = out.size();
         IntoVector<Items> found(out);
         each_root(wanted, [&](Child<Dim, T> root, Wanted here) {
-            search(root, question, here, found);
+            search(root, query, here, found);
             return true;
         });
         found.flush(found);
@@ -237,50 +237,50 @@ class Answers
         sort(out, begin);
         return more;
     }
-    template <class Question>
-    std::uint64_t count(const Question& question, Wanted wanted) const
+    template <class Query>
+    std::uint64_t count(const Query& query, Wanted wanted) const
     {
-        return count_up(question, wanted, false);
+        return count_up(query, wanted, false);
     }
-    template <class Question>
-    bool any(const Question& question, Wanted wanted) const
+    template <class Query>
+    bool any(const Query& query, Wanted wanted) const
     {
-        return count_up(question, wanted, true) != 0;
+        return count_up(query, wanted, true) != 0;
     }
     /// Appends the nearest, in order. For Nearest and NearestToBox.
-    template <class Question, class Items>
-    void nearest(const Question& question, Wanted wanted, Items& out) const
+    template <class Query, class Items>
+    void nearest(const Query& query, Wanted wanted, Items& out) const
     {
         const std::size_t before = out.size();
-        const auto most = static_cast<std::uint32_t>(std::min<std::size_t>(question.count, size_));
+        const auto most = static_cast<std::uint32_t>(std::min<std::size_t>(query.count, size_));
         out.resize(before + most);
         Hit<T>* const found = out.data() + before;
-        const std::uint32_t count = find_nearest(question, wanted, most, found);
+        const std::uint32_t count = find_nearest(query, wanted, most, found);
         std::sort_heap(found, found + count);
         out.resize(before + count);
     }
     /// The nearest of all; `none` if there is none.
-    template <class Question>
-    Hit<T> nearest(const Question& question, Wanted wanted) const
+    template <class Query>
+    Hit<T> nearest(const Query& query, Wanted wanted) const
     {
         Hit<T> found;
-        if (question.count != 0) (void)find_nearest(question, wanted, 1, &found);
+        if (query.count != 0) (void)find_nearest(query, wanted, 1, &found);
         return found;
     }
     /// Hands over all in order, as long as the visitor returns true; whether it always did.
-    template <class Question>
-    bool visit_in_order(const Question& question, Wanted wanted, HitVisitor<T> visit) const
+    template <class Query>
+    bool visit_in_order(const Query& query, Wanted wanted, HitVisitor<T> visit) const
     {
         const std::span<const Child<Dim, T>> roots(roots_, static_cast<std::size_t>(count_));
         std::uint64_t left = ~std::uint64_t{0};
-        if constexpr (requires { question.count; }) left = question.count;
+        if constexpr (requires { query.count; }) left = query.count;
         if (left == 0) return true;
         bool goes_on = true;
         Hit<T> last;
         const auto checked = [&](const Hit<T>& hit, T& bound) {
             if (elsewhere_) { // who lies in both trees comes twice; side by side, if as far
                 const Aabb<Dim, T>* const box = elsewhere_(hit.id);
-                if (box != nullptr && (hit == last || !is_at(question, *box, hit.at))) return true;
+                if (box != nullptr && (hit == last || !is_at(query, *box, hit.at))) return true;
                 last = hit;
                 if (wanted && !wanted(hit.id)) return true;
             }
@@ -289,12 +289,11 @@ class Answers
             shrink(bound, wish, hit.id);
             return goes_on && --left != 0;
         };
-        if constexpr (requires { question.count; })
-            kernels_.visit_near(roots, from_of(question), question.max_distance * question.max_distance,
+        if constexpr (requires { query.count; })
+            kernels_.visit_near(roots, from_of(query), query.max_distance * query.max_distance,
                                 elsewhere_ ? Wanted() : wanted, checked, queues_);
         else
-            kernels_.visit_line(roots, Line<Dim, T>(question), elsewhere_ ? Wanted() : wanted, checked,
-                                queues_);
+            kernels_.visit_line(roots, Line<Dim, T>(query), elsewhere_ ? Wanted() : wanted, checked, queues_);
         return goes_on;
     }
     /// The same without an order, for regions.
@@ -325,34 +324,33 @@ class Answers
         }
     }
     /// A heap of the nearest; how many there are, at most `most`.
-    template <class Question>
-    std::uint32_t find_nearest(const Question& question, Wanted wanted, std::uint32_t most,
-                               Hit<T>* heap) const
+    template <class Query>
+    std::uint32_t find_nearest(const Query& query, Wanted wanted, std::uint32_t most, Hit<T>* heap) const
     {
         Best<T> best;
         best.wanted = most;
         best.size = 0;
-        best.limit = question.max_distance * question.max_distance;
+        best.limit = query.max_distance * query.max_distance;
         best.heap = heap;
         each_root(wanted, [&](Child<Dim, T> root, Wanted here) {
             OfFew<Dim, T> of_few(root == roots_[0] ? *trees_[0] : *trees_[1], here, best);
-            kernels_.nearest(root, from_of(question), here ? Wanted(of_few) : here, best);
-            of_few.finish(from_of(question));
+            kernels_.nearest(root, from_of(query), here ? Wanted(of_few) : here, best);
+            of_few.finish(from_of(query));
             return true;
         });
         return best.size;
     }
-    /// Whether this is what the question says of the box. A box of NaN is nowhere.
-    template <class Question>
-    static bool is_at(const Question& question, const Aabb<Dim, T>& box, T at) noexcept
+    /// Whether this is what the query says of the box. A box of NaN is nowhere.
+    template <class Query>
+    static bool is_at(const Query& query, const Aabb<Dim, T>& box, T at) noexcept
     {
         if (box.lo[0] != box.lo[0]) return false;
-        if constexpr (requires { question.count; })
-            return squared_distance(from_of(question), box) == at;
+        if constexpr (requires { query.count; })
+            return squared_distance(from_of(query), box) == at;
         else
-            return hit_fraction(question, box) == at;
+            return hit_fraction(query, box) == at;
     }
-    // The searches, under one name for all questions.
+    // The searches, under one name for all queries.
     void search(Child<Dim, T> root, const Ray<Dim, T>& ray, Wanted wanted, Found<Hit<T>>& out) const
     {
         kernels_.all(root, Line<Dim, T>(ray), wanted, out);
@@ -376,13 +374,13 @@ class Answers
     {
         kernels_.frustum(root, region, wanted, out);
     }
-    template <class Question>
-    std::uint64_t count_up(const Question& question, Wanted wanted, bool one_will_do) const
+    template <class Query>
+    std::uint64_t count_up(const Query& query, Wanted wanted, bool one_will_do) const
     {
-        IntoCount<typename ItemOf<Question>::Item> found;
+        IntoCount<typename ItemOf<Query>::Item> found;
         found.one_will_do = one_will_do;
         each_root(wanted, [&](Child<Dim, T> root, Wanted here) {
-            search(root, question, here, found);
+            search(root, query, here, found);
             found.flush(found);
             return !one_will_do || found.count == 0;
         });
@@ -423,18 +421,18 @@ enum class Visits
     in_join // to none, but the structure is in use by the query itself
 };
 
-/// How the questions of a batch are shared out.
+/// How the queries of a batch are shared out.
 inline ProcessOptions of_batch(Executor& executor) noexcept
 {
     return {&executor, 32};
 }
 
-/// Calls body(i) for each question of a batch, on the executor's threads.
+/// Calls body(i) for each query of a batch, on the executor's threads.
 template <class Body>
-void each_question(Executor& executor, std::size_t questions, const Body& body)
+void each_question(Executor& executor, std::size_t queries, const Body& body)
 {
     process_items(
-        questions,
+        queries,
         [&](std::uint64_t begin, std::uint64_t end, Work) {
             for (std::size_t i = begin; i < end; ++i)
                 body(i);

@@ -50,7 +50,7 @@ class Report
     std::uint64_t number_;
 };
 
-// A ray takes 200 ns, so what is tested of every question is inlined and has no branch that depends on signs;
+// A ray takes 200 ns, so what is tested of every query is inlined and has no branch that depends on signs;
 // what raises is apart.
 
 template <class T>
@@ -150,7 +150,7 @@ void check_box(const Aabb<Dim, T>& box, const char* what, std::uint64_t number)
             report.raise(ErrorCode::nan_coordinate);
         }
         report << "lo" << axis_name[d] << " = " << box.lo[d] << " is greater than hi" << axis_name[d] << " = "
-               << box.hi[d] << "; swap them or drop the question";
+               << box.hi[d] << "; swap them or drop the query";
         report.raise(ErrorCode::inverted_box);
     }
 }
@@ -276,15 +276,15 @@ void check(const QueryFilter& filter, std::uint64_t ids, std::uint64_t number)
 JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
-void check_room(std::size_t questions, std::size_t results)
+void check_room(std::size_t queries, std::size_t results)
 {
-    if (questions != results) detail::throw_not_one_each(questions, results, "places for answers");
+    if (queries != results) detail::throw_not_one_each(queries, results, "places for answers");
 }
 } // namespace index
 
-void detail::throw_not_one_each(std::size_t questions, std::size_t count, const char* things)
+void detail::throw_not_one_each(std::size_t queries, std::size_t count, const char* things)
 {
-    throw Error(ErrorCode::size_mismatch, "there are " + std::to_string(questions) + " questions and " +
+    throw Error(ErrorCode::size_mismatch, "there are " + std::to_string(queries) + " queries and " +
                                               std::to_string(count) + " " + things + "; give one for each");
 }
 

@@ -11,7 +11,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace index {
 
-// Each throws the `Error` for a question that can't be answered; `number` is its place in the batch, or
+// Each throws the `Error` for a query that can't be answered; `number` is its place in the batch, or
 // Error::no_index for a single one.
 template <int Dim, class T>
 void check(const Ray<Dim, T>& ray, std::uint64_t number);
@@ -33,21 +33,21 @@ template <class T>
 void check_max_distance(T max_distance);
 
 /// Of a batch.
-template <class Question>
-void check_all(std::span<const Question> questions)
+template <class Query>
+void check_all(std::span<const Query> queries)
 {
-    for (std::size_t i = 0; i < questions.size(); ++i)
-        check(questions[i], i);
+    for (std::size_t i = 0; i < queries.size(); ++i)
+        check(queries[i], i);
 }
 
 /// Throws for boxes that can't be joined: too many to be numbered, or NaN or inverted.
 template <int Dim, class T>
 void check_joined(const BoxView<Dim, T>& boxes);
 
-/// Throws unless there is room for a result of each question.
-void check_room(std::size_t questions, std::size_t results);
+/// Throws unless there is room for a result of each query.
+void check_room(std::size_t queries, std::size_t results);
 
-/// Throws unless the arrays cover all ids below `ids` and belong together. `number` is the question's in a
+/// Throws unless the arrays cover all ids below `ids` and belong together. `number` is the query's in a
 /// batch with a filter for each.
 void check(const QueryFilter& filter, std::uint64_t ids, std::uint64_t number = Error::no_index);
 

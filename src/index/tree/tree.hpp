@@ -62,7 +62,7 @@ class Tree
     [[nodiscard]] Shelf<ClosestWork<Dim, T>>& closest_work() const noexcept { return closest_work_; }
     /// The bounds of everything.
     [[nodiscard]] Box hull() const noexcept { return parts_.hull; }
-    /// The bounds of the objects that count; of none, from infinity to -infinity. Costs about what a question
+    /// The bounds of the objects that count; of none, from infinity to -infinity. Costs about what a query
     /// for the nearest does.
     [[nodiscard]] Box hull_of(FunctionRef<bool(std::uint32_t id)> counts) const;
     [[nodiscard]] const Frame<Dim>& frame() const noexcept { return parts_.frame; }

@@ -28,7 +28,7 @@ void checked_as(std::uint64_t number, const F& check)
     try {
         check();
     } catch (const Error& error) {
-        throw Error(error.code(), "question " + std::to_string(number) + ": " + error.what(), number);
+        throw Error(error.code(), "query " + std::to_string(number) + ": " + error.what(), number);
     }
 }
 template <int Dim, class T>

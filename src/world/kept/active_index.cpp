@@ -44,7 +44,7 @@ void ActiveIndex<Dim, T>::forget() noexcept
     knows_moved_ = false;
 }
 
-/// Whether questions find an object in this index.
+/// Whether queries find an object in this index.
 template <int Dim, class T>
 bool ActiveIndex<Dim, T>::is_here(const State<Dim, T>& state, Index index) const noexcept
 {

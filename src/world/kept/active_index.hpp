@@ -15,14 +15,14 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// Whether questions of this category and mask are about objects with such a filter.
+/// Whether queries of this category and mask are about objects with such a filter.
 [[nodiscard]] inline bool counts(const ObjectFilter& object, const QueryLayer& asker) noexcept
 {
     return ((object.category & asker.mask) != 0) & ((asker.category & object.mask) != 0);
 }
 
-/// What questions see and the index of resting objects doesn't have: the active objects and those that
-/// apply() has written to, indexed when the first question after an update or apply() is asked. With a layer:
+/// What queries see and the index of resting objects doesn't have: the active objects and those that
+/// apply() has written to, indexed when the first query after an update or apply() is asked. With a layer:
 /// those of them that count for it.
 template <int Dim, class T>
 class ActiveIndex

@@ -74,7 +74,7 @@ struct State
     BoxIndex<Dim, T> resting; // the others that are there; ids are indices
     KeySet refused;           // pairs that touch and that `accept` is against
     std::size_t alive = 0, disabled = 0;
-    /// What apply() has written to, which questions see; null: they see what the last update left.
+    /// What apply() has written to, which queries see; null: they see what the last update left.
     const Changes<Dim, T>* shown = nullptr;
 
     [[nodiscard]] ObjectId id_of(Index index) const noexcept
@@ -112,7 +112,7 @@ struct State
             return true;
         });
     }
-    /// Whether questions see an object, and where: `accept` may ask in the middle of an update.
+    /// Whether queries see an object, and where: `accept` may ask in the middle of an update.
     [[nodiscard]] bool is_shown(Index index) const noexcept
     {
         const auto object = objects[index];
@@ -124,7 +124,7 @@ struct State
         const auto object = objects[index];
         return object.has(flag::written) && shown == nullptr ? object.before() : object.now();
     }
-    /// Of what questions see: whether the index of resting objects has it as it is.
+    /// Of what queries see: whether the index of resting objects has it as it is.
     [[nodiscard]] bool is_shown_resting(Index index) const noexcept
     {
         const auto object = objects[index];

@@ -18,7 +18,7 @@ namespace world {
 namespace {
 
 /// The index of what rests. While apply() shows something, some of its objects are shown elsewhere or not at
-/// all: those are passed over one by one if they are few, and else an index is made for the question.
+/// all: those are passed over one by one if they are few, and else an index is made for the query.
 template <int Dim, class T>
 class ShownResting
 {

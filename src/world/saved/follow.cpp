@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Views: a world that has the objects of another one as questions see them, so that they can be asked while
+// Views: a world that has the objects of another one as queries see them, so that they can be asked while
 // the other one is updated. A view that follows again looks at what has changed since, if that was noted.
 #include <algorithm>
 
@@ -12,7 +12,7 @@ JOSTLE_NAMESPACE_BEGIN
 namespace world {
 namespace {
 
-/// An object as questions see it: after apply(), that is where it will be.
+/// An object as queries see it: after apply(), that is where it will be.
 template <int Dim, class T>
 Record<Dim, T> shown_record(const State<Dim, T>& state, std::uint32_t end, std::uint32_t i) noexcept
 {

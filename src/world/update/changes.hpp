@@ -98,7 +98,7 @@ class Changes
     std::size_t sorted_filters_ = 0, sorted_reaches_ = 0; // how many of them are in order, from the first on
 };
 
-/// Whether two objects whose boxes touch don't count as a pair for questions, because `accept` is against it.
+/// Whether two objects whose boxes touch don't count as a pair for queries, because `accept` is against it.
 /// Pairs about which the next update will ask again count.
 template <int Dim, class T>
 [[nodiscard]] bool is_shown_refused(const State<Dim, T>& state, const Pair& pair) noexcept

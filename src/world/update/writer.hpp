@@ -94,7 +94,7 @@ struct Applied
 template <int Dim, class T>
 void apply(State<Dim, T>& state, Queues<Dim, T>& queues, const Moves<Dim, T>& moves, Applied<Dim, T>& applied,
            Arena& arena);
-/// A part of it, ahead of the update: what was taken, for questions. `noted` becomes the objects that this
+/// A part of it, ahead of the update: what was taken, for queries. `noted` becomes the objects that this
 /// call has written to.
 template <int Dim, class T>
 void apply_ahead(State<Dim, T>& state, Queues<Dim, T>& queues, Applied<Dim, T>& applied,

@@ -10,6 +10,7 @@
 #endif
 #include <mpi.h>
 
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -172,6 +173,21 @@ struct QueryFilter
     std::uint32_t mask = ~std::uint32_t{0};
     std::uint32_t owner = Filter::no_owner;    ///< objects of this owner don't count
     std::optional<std::uint64_t> exclude = {}; ///< nor does this one
+};
+
+/// One filter for each question of a batch: an array, vector or span of them. A view.
+class FilterOfEach
+{
+  public:
+    template <class Many>
+        requires std::convertible_to<const Many&, std::span<const QueryFilter>>
+    FilterOfEach(const Many& filters) noexcept : filters_(filters)
+    {
+    }
+    operator std::span<const QueryFilter>() const noexcept { return filters_; }
+
+  private:
+    std::span<const QueryFilter> filters_;
 };
 
 /// An object that a question has found.
@@ -388,14 +404,13 @@ class JOSTLE_API World
     void first(std::span<const Line> lines, std::span<ObjectHit<T>> out,
                const QueryFilter& filter = {}) const;
     template <class Line>
-    void first(std::span<const Line> lines, std::span<ObjectHit<T>> out,
-               std::span<const QueryFilter> filters) const;
+    void first(std::span<const Line> lines, std::span<ObjectHit<T>> out, FilterOfEach filters) const;
     /// All hits on each line, ascending by (at, id), or the first `max_results` of them.
     template <class Line>
     void all(std::span<const Line> lines, Answers<ObjectHit<T>>& out, const QueryFilter& filter = {},
              std::uint64_t max_results = no_limit) const;
     template <class Line>
-    void all(std::span<const Line> lines, Answers<ObjectHit<T>>& out, std::span<const QueryFilter> filters,
+    void all(std::span<const Line> lines, Answers<ObjectHit<T>>& out, FilterOfEach filters,
              std::uint64_t max_results = no_limit) const;
     /// What touches each region, ascending by id, or the first `max_results` of it. `Region` is Aabb, Sphere
     /// or Frustum.
@@ -403,22 +418,20 @@ class JOSTLE_API World
     void all(std::span<const Region> regions, Answers<Found>& out, const QueryFilter& filter = {},
              std::uint64_t max_results = no_limit) const;
     template <class Region>
-    void all(std::span<const Region> regions, Answers<Found>& out, std::span<const QueryFilter> filters,
+    void all(std::span<const Region> regions, Answers<Found>& out, FilterOfEach filters,
              std::uint64_t max_results = no_limit) const;
     /// The nearest, ascending by (squared distance, id). `Near` is Nearest or NearestToBox.
     template <class Near>
     void nearest(std::span<const Near> questions, Answers<ObjectHit<T>>& out,
                  const QueryFilter& filter = {}) const;
     template <class Near>
-    void nearest(std::span<const Near> questions, Answers<ObjectHit<T>>& out,
-                 std::span<const QueryFilter> filters) const;
+    void nearest(std::span<const Near> questions, Answers<ObjectHit<T>>& out, FilterOfEach filters) const;
     /// How many there are. `Question` is Ray, Sweep, Aabb, Sphere or Frustum.
     template <class Question>
     void count(std::span<const Question> questions, std::span<std::uint64_t> out,
                const QueryFilter& filter = {}) const;
     template <class Question>
-    void count(std::span<const Question> questions, std::span<std::uint64_t> out,
-               std::span<const QueryFilter> filters) const;
+    void count(std::span<const Question> questions, std::span<std::uint64_t> out, FilterOfEach filters) const;
 
     [[nodiscard]] const QuestionStats& question_stats() const noexcept;
 

@@ -37,7 +37,7 @@ class Items
     std::pmr::vector<Item> found{&memory_};
 };
 
-/// Puts questions to the resting and the active objects as if they were one index's, and says which of the
+/// Puts queries to the resting and the active objects as if they were one index's, and says which of the
 /// objects count.
 template <int Dim, class T>
 class Asking
@@ -90,7 +90,7 @@ class Asking
         return exclude_ == Hit<T>::none && !sources_.masks && filter_.owner == Filter::no_owner &&
                !filter_.accept;
     }
-    [[nodiscard]] bool takes(std::uint32_t question, std::uint32_t index) const
+    [[nodiscard]] bool takes(std::uint32_t query, std::uint32_t index) const
     {
         if (index == exclude_) return false;
         if (sources_.masks || filter_.owner != Filter::no_owner) {
@@ -98,14 +98,14 @@ class Asking
             if (sources_.masks && !counts(object, {filter_.category, filter_.mask})) return false;
             if (object.owner == filter_.owner && filter_.owner != Filter::no_owner) return false;
         }
-        return !filter_.accept || filter_.accept(question, state_.id_of(Index{index}));
+        return !filter_.accept || filter_.accept(query, state_.id_of(Index{index}));
     }
-    /// Calls body with the filter of one question.
+    /// Calls body with the filter of one query.
     template <class Body>
-    decltype(auto) with(std::size_t question, const Body& body) const
+    decltype(auto) with(std::size_t query, const Body& body) const
     {
         const auto wanted = [&](std::uint32_t index) {
-            return takes(static_cast<std::uint32_t>(question), index);
+            return takes(static_cast<std::uint32_t>(query), index);
         };
         return body(takes_all() ? index::Wanted() : index::Wanted(wanted));
     }
@@ -158,7 +158,7 @@ class Asking
     index::Answers<Dim, T> answers_;
 };
 
-/// A batch of questions.
+/// A batch of queries.
 template <int Dim, class T>
 class AskingMany
 {
@@ -166,11 +166,11 @@ class AskingMany
     using Implementation = typename World<Dim, T>::Implementation;
     using Filters = detail::QueryFilters<ObjectQueryFilter>;
 
-    AskingMany(const Implementation& world, const Filters& filters, std::size_t questions,
+    AskingMany(const Implementation& world, const Filters& filters, std::size_t queries,
                Visits visits = Visits::no)
-        : world_(world), count_(questions), filters_(filters), visits_(visits)
+        : world_(world), count_(queries), filters_(filters), visits_(visits)
     {
-        filters.check(questions);
+        filters.check(queries);
         if (!filters.one_each()) {
             for_all_.emplace(world, filters[0], visits);
             return;
@@ -180,7 +180,7 @@ class AskingMany
             (void)Asking<Dim, T>::sources(world, filters[i], visits);
     }
 
-    /// Calls body(asking, i, wanted) for one question.
+    /// Calls body(asking, i, wanted) for one query.
     template <class Body>
     auto with(std::size_t i, const Body& body) const
     {
@@ -189,13 +189,13 @@ class AskingMany
         };
         return for_all_ ? ask(*for_all_) : ask(Asking<Dim, T>(world_, filters_[i], visits_));
     }
-    /// Calls body(asking, i, wanted) for each question.
+    /// Calls body(asking, i, wanted) for each query.
     template <class Body>
     void each(const Body& body) const
     {
         index::each_question(*world_.state.executor, count_, [&](std::size_t i) { with(i, body); });
     }
-    /// find(asking, i, wanted, items) finds the items of question i, and returns whether there are more.
+    /// find(asking, i, wanted, items) finds the items of query i, and returns whether there are more.
     template <class Item, class Out, class Find>
     void lists(ResultLists<Out>& out, const Find& find) const
     {
@@ -226,11 +226,11 @@ namespace {
 
 /// A category and a mask that select whatever one of the filters selects.
 inline ObjectQueryFilter masks_together(const detail::QueryFilters<ObjectQueryFilter>& filters,
-                                        std::size_t questions)
+                                        std::size_t queries)
 {
     ObjectQueryFilter all;
     all.category = all.mask = 0;
-    const std::size_t count = filters.one_each() ? questions : 1;
+    const std::size_t count = filters.one_each() ? queries : 1;
     for (std::size_t i = 0; i < count; ++i) {
         all.category |= filters[i].category;
         all.mask |= filters[i].mask;
@@ -304,7 +304,7 @@ bool World<Dim, T>::Implementation::visit_joined(const BoxView<Dim, T>& boxes, J
 namespace world {
 namespace {
 
-/// Calls body(answers' question, wanted) about the objects not less than `from` that an object touches and
+/// Calls body(answers' query, wanted) about the objects not less than `from` that an object touches and
 /// agrees with.
 template <int Dim, class T, class Body>
 auto ask_touching(const State<Dim, T>& state, Index index, std::uint32_t from, const Body& body)

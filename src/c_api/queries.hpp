@@ -16,18 +16,18 @@
 #include "c_api/results.hpp"
 #include "jostle/queries.hpp"
 
-// Questions to an index and to a world: one way for both.
+// Queries to an index and to a world: one way for both.
 
 namespace jostle::c_api {
 
-template <class Question>
+template <class Query>
 inline constexpr bool is_line = false;
 template <int Dim, Coordinate T>
 inline constexpr bool is_line<Ray<Dim, T>> = true;
 template <int Dim, Coordinate T>
 inline constexpr bool is_line<Sweep<Dim, T>> = true;
 
-template <class Question>
+template <class Query>
 inline constexpr bool is_nearest = false;
 template <int Dim, Coordinate T>
 inline constexpr bool is_nearest<Nearest<Dim, T>> = true;
@@ -78,35 +78,35 @@ inline std::string names_of(unsigned kinds)
     return text;
 }
 
-/// The caller's questions as a span of what they are. `kinds` are those that the call takes. Instantiates
+/// The caller's queries as a span of what they are. `kinds` are those that the call takes. Instantiates
 /// `inside` for all of them: where it can't take one, it must say so with `if constexpr`.
 template <int Dim, Coordinate T, class F>
-void with_questions(jostle_question kind, const void* questions, std::uint64_t count, unsigned kinds,
+void with_questions(jostle_question kind, const void* queries, std::uint64_t count, unsigned kinds,
                     F&& inside)
 {
     if (kind < JOSTLE_RAY || kind > JOSTLE_NEAREST_TO_BOX || (kinds >> kind & 1U) == 0)
         refuse("kind is " + std::to_string(kind) + "; this call takes " + names_of(kinds));
-    if (count > UINT32_MAX) refuse("more than 2^32 - 1 questions", JOSTLE_TOO_MANY_OBJECTS);
+    if (count > UINT32_MAX) refuse("more than 2^32 - 1 queries", JOSTLE_TOO_MANY_OBJECTS);
     const auto size = static_cast<std::size_t>(count);
-    const auto ask = [&](auto* typed) { inside(std::span(wanted_array(typed, count, "questions"), size)); };
+    const auto ask = [&](auto* typed) { inside(std::span(wanted_array(typed, count, "queries"), size)); };
     switch (kind) {
     case JOSTLE_RAY:
-        return ask(static_cast<const Ray<Dim, T>*>(questions));
+        return ask(static_cast<const Ray<Dim, T>*>(queries));
     case JOSTLE_SWEEP:
-        return ask(static_cast<const Sweep<Dim, T>*>(questions));
+        return ask(static_cast<const Sweep<Dim, T>*>(queries));
     case JOSTLE_BOX:
-        return ask(static_cast<const Aabb<Dim, T>*>(questions));
+        return ask(static_cast<const Aabb<Dim, T>*>(queries));
     case JOSTLE_SPHERE:
-        return ask(static_cast<const Sphere<Dim, T>*>(questions));
+        return ask(static_cast<const Sphere<Dim, T>*>(queries));
     case JOSTLE_NEAREST:
-        return ask(static_cast<const Nearest<Dim, T>*>(questions));
+        return ask(static_cast<const Nearest<Dim, T>*>(queries));
     case JOSTLE_NEAREST_TO_BOX:
-        return ask(static_cast<const NearestToBox<Dim, T>*>(questions));
+        return ask(static_cast<const NearestToBox<Dim, T>*>(queries));
     default:
         break;
     }
     // Frusta are spans in C++. A few need no memory.
-    const auto* const given = wanted_array_of<jostle_frustum>(questions, count, "questions");
+    const auto* const given = wanted_array_of<jostle_frustum>(queries, count, "queries");
     const auto frustum_of = [](const jostle_frustum& frustum) {
         return Frustum<Dim, T>{
             std::span(wanted_array_of<Plane<Dim, T>>(frustum.planes, frustum.count, "planes"),
@@ -128,10 +128,10 @@ template <class Wish, class Filter>
 class Filters
 {
   public:
-    Filters(const jostle_query_filter* filters, std::uint64_t count, std::uint64_t questions)
+    Filters(const jostle_query_filter* filters, std::uint64_t count, std::uint64_t queries)
     {
-        if (count > 1 && count != questions)
-            refuse("there are " + std::to_string(questions) + " questions and " + std::to_string(count) +
+        if (count > 1 && count != queries)
+            refuse("there are " + std::to_string(queries) + " queries and " + std::to_string(count) +
                        " filters: give none, one, or one for each",
                    JOSTLE_SIZE_MISMATCH);
         if (count == 0) return;
@@ -152,20 +152,20 @@ class Filters
     std::vector<Filter> filters_;
 };
 
-/// inside(filter) with a Filter for all questions, or a span with one for each. Wish and Filter are as in Filters.
+/// inside(filter) with a Filter for all queries, or a span with one for each. Wish and Filter are as in Filters.
 template <class Wish, class Filter, class F>
-void with_filter(const jostle_query_filter* filter, std::uint64_t questions, F&& inside)
+void with_filter(const jostle_query_filter* filter, std::uint64_t queries, F&& inside)
 {
     const std::uint64_t count = read_options(filter, "jostle_query_filter").count;
     if (count > 1) {
-        const Filters<Wish, Filter> wishes(filter, count, questions);
+        const Filters<Wish, Filter> wishes(filter, count, queries);
         inside(wishes.all());
     } else {
         const Wish wish(filter);
         inside(std::as_const(wish.filter));
     }
 }
-/// That of a single question.
+/// That of a single query.
 template <class Filter>
 const Filter& only(const Filter& filter)
 {
@@ -221,46 +221,46 @@ inline void start(Lists& lists, bool has_at)
 
 /// Asks `asked` (a BoxIndex or a World) for the first hits.
 template <class Hit, class Asked, class Line, class Filter, class IdOf>
-void ask_first(const Asked& asked, std::span<const Line> questions, const Filter& filter, jostle_hit* out,
+void ask_first(const Asked& asked, std::span<const Line> queries, const Filter& filter, jostle_hit* out,
                IdOf id_of)
 {
-    jostle_hit* const hits = wanted_array(out, questions.size(), "hits");
-    if (questions.empty()) return;
-    if (questions.size() == 1) {
-        const auto hit = asked.first(questions.front(), only(filter));
+    jostle_hit* const hits = wanted_array(out, queries.size(), "hits");
+    if (queries.empty()) return;
+    if (queries.size() == 1) {
+        const auto hit = asked.first(queries.front(), only(filter));
         const Hit found = hit ? *hit : Hit{};
         hits[0] = {id_of(found.id), found.at};
         return;
     }
     auto* const narrow = reinterpret_cast<Hit*>(hits);
-    std::uninitialized_default_construct_n(narrow, questions.size());
-    asked.first(questions, std::span(narrow, questions.size()), filter);
-    widen<Hit>(hits, questions.size(), id_of);
+    std::uninitialized_default_construct_n(narrow, queries.size());
+    asked.first(queries, std::span(narrow, queries.size()), filter);
+    widen<Hit>(hits, queries.size(), id_of);
 }
 
-template <class Hit, class Id, class Asked, class Question, class Filter, class IdOf>
-void ask_all(const Asked& asked, std::span<const Question> questions, const Filter& filter,
+template <class Hit, class Id, class Asked, class Query, class Filter, class IdOf>
+void ask_all(const Asked& asked, std::span<const Query> queries, const Filter& filter,
              std::uint64_t max_results, ResultsContent& results, IdOf id_of)
 {
-    using Item = std::conditional_t<is_line<Question> || is_nearest<Question>, Hit, Id>;
-    if (is_nearest<Question> && max_results != UINT64_MAX)
-        refuse("max_results must be UINT64_MAX: each question says itself how many it wants");
+    using Item = std::conditional_t<is_line<Query> || is_nearest<Query>, Hit, Id>;
+    if (is_nearest<Query> && max_results != UINT64_MAX)
+        refuse("max_results must be UINT64_MAX: each query says itself how many it wants");
     results.begin();
     start(results.lists, !std::same_as<Item, Id>);
-    if (questions.size() == 1) {
+    if (queries.size() == 1) {
         std::vector<Item> found;
         bool more = false;
-        if constexpr (is_nearest<Question>)
-            asked.nearest(questions.front(), found, only(filter));
+        if constexpr (is_nearest<Query>)
+            asked.nearest(queries.front(), found, only(filter));
         else
-            more = asked.all(questions.front(), found, only(filter), max_results);
+            more = asked.all(queries.front(), found, only(filter), max_results);
         append(results.lists, std::span<const Item>(found), more, id_of);
     } else {
         ResultLists<Item> found(results.kept.resource());
-        if constexpr (is_nearest<Question>)
-            asked.nearest(questions, found, filter);
+        if constexpr (is_nearest<Query>)
+            asked.nearest(queries, found, filter);
         else
-            asked.all(questions, found, filter, max_results);
+            asked.all(queries, found, filter, max_results);
         results.lists.ids.reserve(found.items().size());
         if (!std::same_as<Item, Id>) results.lists.at.reserve(found.items().size());
         results.lists.first.reserve(found.size() + 1);
@@ -290,14 +290,14 @@ bool with_bound(T& bound, const Call& call)
     return goes_on;
 }
 
-/// Hands the answers to one question to the caller's function. Whether it never said stop.
-template <Coordinate T, class Asked, class Question, class Filter, class IdOf>
-bool ask_visit(const Asked& asked, const Question& question, const Filter& filter,
+/// Hands the answers to one query to the caller's function. Whether it never said stop.
+template <Coordinate T, class Asked, class Query, class Filter, class IdOf>
+bool ask_visit(const Asked& asked, const Query& query, const Filter& filter,
                jostle_visit_answer_function visit, void* context, IdOf id_of)
 {
-    if constexpr (is_line<Question> || is_nearest<Question>) {
+    if constexpr (is_line<Query> || is_nearest<Query>) {
         return asked.visit(
-            question,
+            query,
             [&](const auto& hit, T& bound) {
                 return with_bound(
                     bound, [&](double* shown) { return visit(context, id_of(hit.id), hit.at, shown); });
@@ -305,7 +305,7 @@ bool ask_visit(const Asked& asked, const Question& question, const Filter& filte
             only(filter));
     } else {
         return asked.visit(
-            question, [&](const auto& id) { return agreed(visit(context, id_of(id), 0, nullptr)); },
+            query, [&](const auto& id) { return agreed(visit(context, id_of(id), 0, nullptr)); },
             only(filter));
     }
 }
@@ -325,27 +325,26 @@ bool ask_closest(const Asked& asked, const Asked& other, double max_distance,
         static_cast<T>(max_distance));
 }
 
-template <class Asked, class Question, class Filter>
-void ask_any(const Asked& asked, std::span<const Question> questions, const Filter& filter, std::uint8_t* out)
+template <class Asked, class Query, class Filter>
+void ask_any(const Asked& asked, std::span<const Query> queries, const Filter& filter, std::uint8_t* out)
 {
-    std::uint8_t* const any = wanted_array(out, questions.size(), "any");
-    if constexpr (!is_nearest<Question>) {
-        if (questions.size() == 1)
-            any[0] = asked.any(questions.front(), only(filter)) ? 1 : 0;
-        else if (!questions.empty())
-            asked.any(questions, std::span(any, questions.size()), filter);
+    std::uint8_t* const any = wanted_array(out, queries.size(), "any");
+    if constexpr (!is_nearest<Query>) {
+        if (queries.size() == 1)
+            any[0] = asked.any(queries.front(), only(filter)) ? 1 : 0;
+        else if (!queries.empty())
+            asked.any(queries, std::span(any, queries.size()), filter);
     }
 }
-template <class Asked, class Question, class Filter>
-void ask_count(const Asked& asked, std::span<const Question> questions, const Filter& filter,
-               std::uint64_t* out)
+template <class Asked, class Query, class Filter>
+void ask_count(const Asked& asked, std::span<const Query> queries, const Filter& filter, std::uint64_t* out)
 {
-    std::uint64_t* const counts = wanted_array(out, questions.size(), "counts");
-    if constexpr (!is_nearest<Question>) {
-        if (questions.size() == 1)
-            counts[0] = asked.count(questions.front(), only(filter));
-        else if (!questions.empty())
-            asked.count(questions, std::span(counts, questions.size()), filter);
+    std::uint64_t* const counts = wanted_array(out, queries.size(), "counts");
+    if constexpr (!is_nearest<Query>) {
+        if (queries.size() == 1)
+            counts[0] = asked.count(queries.front(), only(filter));
+        else if (!queries.empty())
+            asked.count(queries, std::span(counts, queries.size()), filter);
     }
 }
 
