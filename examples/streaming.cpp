@@ -16,7 +16,7 @@ int main()
 
     // The sink is called from several threads at a time, hence the atomics; a sum doesn't ask for an order.
     std::atomic<std::uint64_t> count{0}, checksum{0};
-    const bool complete = jostle::stream_pairs(crowd_a, crowd_b, [&](const jostle::PairChunk& chunk) {
+    const bool complete = jostle::PairFinder().stream(crowd_a, crowd_b, [&](const jostle::PairChunk& chunk) {
         count += chunk.pairs.size();
         checksum += jostle::pair_checksum(chunk.pairs);
         return true; // go on
@@ -25,7 +25,7 @@ int main()
                 static_cast<unsigned long long>(checksum));
 
     const bool free_of_contact =
-        jostle::stream_pairs(crowd_a, [](const jostle::PairChunk&) { return false; });
+        jostle::PairFinder().stream(crowd_a, [](const jostle::PairChunk&) { return false; });
     std::printf("free of contact: %s\n", free_of_contact ? "yes" : "no");
     return complete && count == 6'000'000 && !free_of_contact ? 0 : 1;
 }

@@ -268,32 +268,6 @@ template <BoxContainer A, BoxContainer B>
     return find_pairs(box_view(a), box_view(b), filter, order, options);
 }
 
-/// The streaming forms of the above.
-template <int Dim, Coordinate T>
-bool stream_pairs(const BoxView<Dim, T>& boxes, PairSink sink, const Filter& filter = {},
-                  const FinderOptions& options = {})
-{
-    return PairFinder(options).stream(boxes, sink, filter);
-}
-template <BoxContainer Boxes>
-bool stream_pairs(const Boxes& boxes, PairSink sink, const Filter& filter = {},
-                  const FinderOptions& options = {})
-{
-    return stream_pairs(box_view(boxes), sink, filter, options);
-}
-template <int Dim, Coordinate T>
-bool stream_pairs(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b, PairSink sink,
-                  const CrossFilter& filter = {}, const FinderOptions& options = {})
-{
-    return PairFinder(options).stream(a, b, sink, filter);
-}
-template <BoxContainer A, BoxContainer B>
-bool stream_pairs(const A& a, const B& b, PairSink sink, const CrossFilter& filter = {},
-                  const FinderOptions& options = {})
-{
-    return stream_pairs(box_view(a), box_view(b), sink, filter, options);
-}
-
 /// Throws the `Error` that every search throws for these boxes, or does nothing if all are valid.
 /// Cost: one pass over the boxes, on the calling thread.
 template <int Dim, Coordinate T>

@@ -26,7 +26,7 @@ Error error_of_search(const Views&... views)
         EXPECT_STREQ(other.what(), first.what());
     };
     same([&] { (void)jostle::find_pairs_brute_force(views...); });
-    same([&] { (void)jostle::stream_pairs(views..., never); });
+    same([&] { (void)jostle::PairFinder().stream(views..., never); });
     for (const NamedExecutor& executor : all_executors())
         for (const auto set : jostle::supported_instruction_sets()) {
             jostle::FinderOptions options;

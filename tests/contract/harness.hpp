@@ -232,7 +232,7 @@ std::vector<Pair> ask(const Question<Dim, T>& question, const Manner& manner = {
             Collector collector;
             bool whole = false;
             if (manner.free_function)
-                whole = jostle::stream_pairs(views..., collector, filter, manner.options);
+                whole = jostle::PairFinder(manner.options).stream(views..., collector, filter);
             else if (manner.finder != nullptr)
                 whole = manner.finder->stream(views..., collector, filter);
             else

@@ -105,7 +105,7 @@ TEST(HostileMemory, AllInOnePlaceStreamsInBoundedMemory)
         pairs += chunk.pairs.size();
         return true;
     };
-    EXPECT_TRUE(jostle::stream_pairs(BoxView<3, float>(boxes), count, {}, options));
+    EXPECT_TRUE(jostle::PairFinder(options).stream(BoxView<3, float>(boxes), count));
     EXPECT_EQ(pairs, n * (n - 1) / 2);
     EXPECT_LE(memory.peak, 64u << 20);
 }

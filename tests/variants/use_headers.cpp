@@ -21,7 +21,7 @@ std::uint64_t use_headers(const std::vector<jostle::Aabb3f>& boxes)
     const jostle::PairBuffer& pairs = finder.find(boxes);
     const auto none = [](const jostle::PairChunk&) { return true; };
     finder.stream(boxes, none);
-    jostle::stream_pairs(boxes, boxes, none);
+    jostle::PairFinder().stream(boxes, boxes, none);
     std::uint64_t sum = jostle::find_pairs(boxes, boxes).size() + finder.take(boxes).to_vector().size();
     for (const jostle::Pair& pair : pairs)
         sum += pair.a;
