@@ -68,10 +68,10 @@ template <int Dim, Coordinate T>
 class PosedShapes
 {
   public:
-    PosedShapes(StridedView<Shape<Dim>> shapes, StridedView<Pose<Dim, T>> poses)
-        : objects_{shapes, poses}
-    {
-    }
+    /// Arrays, vectors, spans or members of structs, with an element for each id up to the greatest that a
+    /// query meets.
+    PosedShapes(StridedView<Shape<Dim>> shapes, StridedView<Pose<Dim, T>> poses) : objects_{shapes, poses} {}
+    /// The same, as a ContactFinder takes them.
     PosedShapes(const Objects<Dim, T>& objects) : objects_(objects) {}
     /// PosedShape<Dim, T> of(std::uint32_t id); called by several threads at a time in a batch.
     template <class F>

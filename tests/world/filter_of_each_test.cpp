@@ -123,8 +123,7 @@ void agree(const Asked& asked, const Scene& scene, const std::vector<Filter>& fi
     ResultLists<Id> lists;
     const Error error = error_of([&] { asked.all(std::span(scene.asked), lists, one_less); });
     EXPECT_EQ(error.code(), ErrorCode::size_mismatch);
-    EXPECT_NE(std::string(error.what()).find("90 queries and 89 filters"), std::string::npos)
-        << error.what();
+    EXPECT_NE(std::string(error.what()).find("90 queries and 89 filters"), std::string::npos) << error.what();
 }
 
 TEST(FilterOfEach, IndexAnswersAsOneByOne)

@@ -311,7 +311,9 @@ TEST(Questions, ByALayerSeeFiltersAheadOfTheUpdate)
         found.clear();
         world.visit(
             jostle::Ray3f{{-1, 0.5f, 0.5f}, {1, 0, 0}},
-            [&](const jostle::Hit<float, jostle::ObjectId>& hit, float&) { return found.push_back(hit.id), true; },
+            [&](const jostle::Hit<float, jostle::ObjectId>& hit, float&) {
+                return found.push_back(hit.id), true;
+            },
             wanted);
         EXPECT_EQ(found, expected);
         std::pmr::vector<jostle::Pair> joined;
