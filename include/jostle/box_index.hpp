@@ -51,8 +51,8 @@ struct IndexStats
 ///           any executor, number of threads and instruction set.
 /// Nothing to configure or to call from time to time: no bounds, no cell size, no optimise(). Boxes may be of
 ///           any sizes, anywhere, infinite too, all in one place or all moving away.
-/// Cost      insert, erase and move cost about a microsecond an object or less, amortised in small steps; queries:
-///           see Queries.
+/// Cost      insert, erase and move cost about a microsecond an object or less, amortised in small steps.
+///           Of queries: see Queries.
 /// Threads   queries (the const members) may be asked from any number of threads at a time while no other
 ///           member runs. A visitor or an `accept` may ask the same index; to change it there is an `Error`,
 ///           and to move, assign or destroy it isn't allowed.
@@ -113,7 +113,7 @@ class JOSTLE_API BoxIndex : public Queries<BoxIndex<Dim, T>, Dim, T, std::uint32
 
   private:
     friend class BoxIndexAccess; // for World; see src/index/box_index_access.hpp
-    friend Queries<BoxIndex, Dim, T, std::uint32_t, QueryFilter>;
+    friend class Queries<BoxIndex, Dim, T, std::uint32_t, QueryFilter>;
     struct Implementation;
     std::unique_ptr<Implementation> implementation_;
 };

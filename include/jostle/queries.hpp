@@ -160,7 +160,7 @@ concept NoQueryOf = !QueryOf<Query, Dim, T> && !ShapeQueryOf<Query, Dim, T> &&
 /// | any     | Ray, Sweep, Aabb, Sphere, Frustum | Ray, ShapeSweep,        |                            |
 /// | count   |                                   | PosedShape              |                            |
 /// | all     |                                   |                         | (fraction, id), or id      |
-/// | visit   | these, Nearest, NearestToBox      | these, NearestToShape   | as all and nearest; regions: any |
+/// | visit   | these, Nearest, NearestToBox      | these, NearestToShape   | the same; of regions any   |
 /// | first   | Ray, Sweep                        | Ray, ShapeSweep         | (fraction, id)             |
 /// | nearest | Nearest, NearestToBox             | NearestToShape          | (distance, id)             |
 ///
@@ -207,8 +207,8 @@ class Queries
     template <class Given>
     using Visitor = std::conditional_t<std::same_as<Given, Id>, FunctionRef<bool(Id id)>,
                                        FunctionRef<bool(const Given& found, T& bound)>>;
-    /// Regions are of boxes alone. Said by the type, for compilers that try to make shapes of a visitor before
-    /// they look at what `visit` requires.
+    /// Regions are of boxes alone. Said by the type, for compilers that try to make shapes of a visitor
+    /// before they look at what `visit` requires.
     template <class Query>
     using ShapesFor = std::conditional_t<RegionOf<Query, Dim, T>, std::nullptr_t, Shapes>;
     using JoinVisitor = FunctionRef<bool(std::uint32_t position, Id id)>;
@@ -320,8 +320,8 @@ class Queries
     }
 
     // --- Many queries at once ---
-    // Where `first` and `nearest` find nothing for a query, its element of `out` has the id Found::none, and of
-    // shapes an infinite fraction or distance.
+    // Where `first` and `nearest` find nothing for a query, its element of `out` has the id Found::none, and
+    // of shapes an infinite fraction or distance.
 
     template <QueryRange Many, class Filters = Filter>
     void any(const Many& queries, BoolSpan out, const Filters& filters = {}) const

@@ -19,7 +19,7 @@
 #include "jostle/version.hpp"
 #include "jostle/world.hpp"
 
-// What the shapes of a World's or BoxIndex's objects are asked, by the verbs of Queries, and what they answer:
+// What the shapes of a World's or BoxIndex's objects are asked, by the verbs of Queries, and their answers:
 //
 //     if (const auto hit = world.first(Ray3f{eye, direction}, {shapes, poses}))
 //         use(hit->id, hit->point, hit->normal);
@@ -60,8 +60,8 @@ namespace detail {
 
 } // namespace detail
 
-/// Shape and pose of each object, found by its id in a BoxIndex or the index of its id in a World: Objects, or
-/// a function that is given the id.
+/// Shape and pose of each object, found by its id in a BoxIndex or the index of its id in a World: Objects,
+/// or a function that is given the id.
 ///
 /// Lifetime  it refers to what it is made of: write it where it is used, {shapes, poses} or a lambda.
 template <int Dim, Coordinate T>

@@ -33,7 +33,8 @@ JOSTLE_NAMESPACE_BEGIN
 ///           keep their order, so that sorted boxes which have moved a bit stay almost as they are. The order
 ///           depends on the boxes alone, not on threads, instruction set, or a host that flushes denormals.
 /// Cost      linear, and up to one and a half times that of searching them once. 32 bytes a box of memory.
-/// Errors    `Error` for the lowest box that is NaN or inverted, size_mismatch unless `order` has one element per box, and too_many_objects for more than 2^32 - 1 boxes. Nothing is written then.
+/// Errors    `Error` for the lowest box that is NaN or inverted; size_mismatch unless `order` has one element
+///           per box; too_many_objects for more than 2^32 - 1 boxes. Nothing is written then.
 /// Threads   may be called by several threads at a time.
 /// Source    Morton, A computer oriented geodetic data base and a new technique in file sequencing (1966).
 template <int Dim, Coordinate T>

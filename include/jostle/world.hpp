@@ -109,8 +109,8 @@ struct WorldOptions
     /// Added to every side of every box, in the boxes' units: pairs begin before boxes touch.
     double margin = 0;
     /// For queries about a few of many objects, such as players among props: queries with one of these
-    /// categories and masks go by indexes of the objects that count alone. Up to 8. Each costs such an index's
-    /// memory and, in the first query after an update, a look at what is active and what has come to rest or
+    /// categories and masks go by indexes of the objects that count alone. Up to 8. Each costs the memory of
+    /// one and, in the first query after an update, a look at what is active and what has come to rest or
     /// woken up. No answer depends on it. `visit` of a region doesn't use them.
     std::vector<QueryLayer> layers = {};
     /// Asked once about each pair that would begin, and again about the pairs of an object whose filter is
@@ -402,7 +402,7 @@ class JOSTLE_API World : public Queries<World<Dim, T>, Dim, T, ObjectId, ObjectQ
     struct Implementation;
 
   private:
-    friend Queries<World, Dim, T, ObjectId, ObjectQueryFilter>;
+    friend class Queries<World, Dim, T, ObjectId, ObjectQueryFilter>;
     std::unique_ptr<Implementation> implementation_;
 };
 

@@ -152,7 +152,7 @@ class Filters
     std::vector<Filter> filters_;
 };
 
-/// inside(filter) with a Filter for all queries, or a span with one for each. Wish and Filter are as in Filters.
+/// inside(filter) with a Filter for all queries, or a span with one for each. Wish, Filter: as in Filters.
 template <class Wish, class Filter, class F>
 void with_filter(const jostle_query_filter* filter, std::uint64_t queries, F&& inside)
 {

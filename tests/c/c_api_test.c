@@ -638,7 +638,7 @@ static void check_answers(jostle_space space, const jostle_index* index, const j
                                      &error) == JOSTLE_CALLBACK_FAILED);
         }
         FAILS(jostle_index_visit(index, kind, NULL, NULL, count_visit, NULL, &any_finished, &error),
-              JOSTLE_INVALID_ARGUMENT, "questions");
+              JOSTLE_INVALID_ARGUMENT, "queries");
         FAILS(jostle_world_visit(world, kind, array, NULL, NULL, NULL, &any_finished, &error),
               JOSTLE_INVALID_ARGUMENT, "visit");
         if (nearest) {

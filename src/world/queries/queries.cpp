@@ -52,8 +52,8 @@ class Asking
         const index::Tree<Dim, T>* active; // null: nobody
         bool masks;
     };
-    /// Brings what it returns up to date. In the indexes' own order it uses no layer, so that no order depends
-    /// on those.
+    /// Brings what it returns up to date. In the indexes' own order it uses no layer, so that no order
+    /// depends on those.
     static Sources sources(const Implementation& world, const ObjectQueryFilter& filter, Visits visits)
     {
         const State<Dim, T>& state = world.state;
