@@ -308,10 +308,10 @@ class JOSTLE_API World : public Queries<World<Dim, T>, Dim, T, ObjectId, ObjectQ
     // touch and that `accept` refused are left out. About pairs apart it hasn't been asked, so they are
     // there, also those that it would refuse. Between two worlds filters say nothing.
     // The first query after an update that moved objects brings the index of active objects up to date, on
-    // the executor: with one whose tasks can't run others, ask it outside of tasks. Where a category or mask
-    // leaves few of many objects, and is asked for often, the world keeps indexes of those alone. Where a
-    // twentieth of 100,000 objects moves, a query then costs about 1.5 times what it costs in a BoxIndex of
-    // all that are asked for; of a million, some 2 times.
+    // the executor: with one whose tasks can't run others, ask it outside of tasks. Where a twentieth of
+    // 100,000 objects moves, a query then costs about 1.5 times what it costs in a BoxIndex of all that are
+    // asked for; of a million, some 2 times. Queries about a few of many objects, by category and mask, cost
+    // less in a world that has a layer for them: see WorldOptions::layers.
 
     // --- The objects, as of the last update or apply() ---
 
