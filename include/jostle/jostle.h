@@ -274,7 +274,7 @@ typedef struct jostle_lists
     const uint8_t* more;   ///< whether question i has more answers than were asked for
 } jostle_lists;
 
-/// An object found along a ray or sweep, or near a point: jostle::Hit, jostle::ObjectHit.
+/// An object found along a ray or sweep, or near a point: jostle::Hit.
 typedef struct jostle_hit
 {
     uint64_t id; ///< of an index: UINT64_MAX where there is none; of a world: 0

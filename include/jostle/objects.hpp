@@ -18,8 +18,8 @@ JOSTLE_NAMESPACE_BEGIN
 /// Objects with a shape and a pose each, in the user's own arrays, vectors, spans or members of structs:
 /// write {shapes, poses} where they are wanted.
 ///
-/// Shapes    may repeat: StridedView<Shape3>(shapes).repeated(poses.size()) has those of a set over and over,
-///           and StridedView<Shape3>(&shape, poses.size(), 0) one for all.
+/// Shapes    may be used again: StridedView<Shape3>(shapes).repeated(poses.size()) goes through a set over
+///           and over, StridedView<Shape3>(&shape, poses.size(), 0) has one for all.
 /// Lifetime  views: what they refer to must outlive them.
 template <int Dim, Coordinate T>
 struct Objects

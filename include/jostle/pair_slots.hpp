@@ -22,7 +22,8 @@ JOSTLE_NAMESPACE_BEGIN
 ///
 /// A pair keeps its number, its slot, from the update in which it begins to the one in which it ends, also
 /// while it rests. A pair that begins gets the least that no pair had before the update, in the order of
-/// began(); one that began before and is reported again keeps its own. Slots depend on these lists alone.
+/// began(): what a pair had that ends is given again from the next update on. A pair that began before and is
+/// reported again keeps its own. Slots depend on these lists alone.
 ///
 /// Cost      up to 57 bytes a pair, and some 80 ns for one that begins or ends; nothing for others. Nothing
 ///           is allocated while there are no more pairs than there once were.
@@ -40,9 +41,9 @@ class JOSTLE_API PairSlots
     ~PairSlots();
 
     /// Gives slots to pairs that begin, and takes back those of pairs that end. Both lists as World::began()
-    /// and ended() have them: ascending, each pair once and in one of the two. A pair that ends must have
-    /// begun, and no other pair of these indices may be left; else an update was left out, which is an
-    /// `Error`.
+    /// and ended() have them: sorted, no pair twice or in both. A pair that ends must have begun, and of one
+    /// that begins no older one with the same indices may still have a slot; else an update was left out,
+    /// which is an `Error`.
     void update(std::span<const ObjectPair> began, std::span<const EndedPair> ended);
 
     /// began_slots()[k] is the slot of the k-th pair that the last update() was told began; ended_slots()[k]

@@ -132,6 +132,9 @@ class QueryFilters
 };
 } // namespace detail
 
+/// What a batch takes for filters: one, or a vector, array or span with one for each query.
+template <class Given, class Filter>
+concept FiltersOf = std::convertible_to<const Given&, detail::QueryFilters<Filter>>;
 /// Whether queries lie in one piece in it: a vector, array or span of them.
 template <class Many>
 concept QueryRange = requires(const Many& many) {
@@ -145,7 +148,7 @@ concept ShapeCastOf = std::same_as<Query, Ray<Dim, T>> || std::same_as<Query, Sh
 template <class Query, int Dim, class T>
 concept ShapeQueryOf = ShapeCastOf<Query, Dim, T> || std::same_as<Query, PosedShape<Dim, T>>;
 
-/// What can be asked neither way, such as a query in other dimensions or numbers.
+/// Neither a query about boxes nor one about shapes, in these dimensions and numbers.
 template <class Query, int Dim, class T>
 concept NoQueryOf = !QueryOf<Query, Dim, T> && !ShapeQueryOf<Query, Dim, T> &&
                     !std::same_as<Query, NearestToShape<Dim, T>> && !QueryRange<Query>;
@@ -164,7 +167,8 @@ concept NoQueryOf = !QueryOf<Query, Dim, T> && !ShapeQueryOf<Query, Dim, T> &&
 /// | first   | Ray, Sweep                        | Ray, ShapeSweep         | (fraction, id)             |
 /// | nearest | Nearest, NearestToBox             | NearestToShape          | (distance, id)             |
 ///
-/// A box, sphere or point asks about shapes as the PosedShape that it is. A Frustum has no shape.
+/// For the shapes that touch a sphere ask with PosedShape{Shape3::sphere(radius), {center}}, and so with a
+/// box or point. Frustums can't be asked about shapes.
 ///
 /// Many      a vector, array or span in place of one query asks all of them, on the structure's executor, and
 ///           fills an element of a span, or a list, for each. One filter serves all, or a vector, array or
@@ -201,14 +205,14 @@ class Queries
         std::conditional_t<std::same_as<Query, NearestToShape<Dim, T>>, FoundDistance, FoundShape>>;
     /// Is handed each answer, and returns whether to go on. Where answers have an order, it is handed a bound
     /// as well, of fractions, squared distances of boxes or distances of shapes: nothing beyond it is handed
-    /// over from then on, so a visitor that needs no more lowers it. To raise it has no effect; NaN is an
+    /// over from then on, so a visitor that needs no more lowers it. Raising it has no effect; NaN is an
     /// `Error`. A visitor may ask the same structure again, even the same query, but change nothing in it:
     /// that is an `Error` of the call that would.
     template <class Given>
     using Visitor = std::conditional_t<std::same_as<Given, Id>, FunctionRef<bool(Id id)>,
                                        FunctionRef<bool(const Given& found, T& bound)>>;
-    /// Regions are of boxes alone. Said by the type, for compilers that try to make shapes of a visitor
-    /// before they look at what `visit` requires.
+    // Regions are of boxes alone. The type says so for compilers that try to make shapes of a visitor before
+    // they look at what `visit` requires.
     template <class Query>
     using ShapesFor = std::conditional_t<RegionOf<Query, Dim, T>, std::nullptr_t, Shapes>;
     using JoinVisitor = FunctionRef<bool(std::uint32_t position, Id id)>;
@@ -249,7 +253,7 @@ class Queries
     template <ShapeQueryOf<Dim, T> Query>
     [[nodiscard]] std::uint64_t count(const Query& query, const Shapes& objects,
                                       const Filter& filter = {}) const;
-    template <ShapeCastOf<Dim, T> Query>
+    template <ShapeCastOf<Dim, T> Query = Ray<Dim, T>>
     [[nodiscard]] std::optional<FoundShape> first(const Query& query, const Shapes& objects,
                                                   const Filter& filter = {}) const;
     /// The shape that is nearest by distance(), or deepest where several overlap the one asked about; nothing
@@ -263,7 +267,8 @@ class Queries
     template <ShapeQueryOf<Dim, T> Query>
     bool all(const Query& query, const Shapes& objects, std::vector<ShapeAnswer<Query>>& out,
              const Filter& filter = {}, std::uint64_t max_results = no_limit) const;
-    /// Answers that have an order wait in a vector until no box is left that may hold a nearer one.
+    /// As of boxes; of the nearest it hands over `count`. Answers that have an order are kept in a vector
+    /// until no box is left that may hold a nearer one.
     template <class Query>
         requires ShapeQueryOf<Query, Dim, T> || std::same_as<Query, NearestToShape<Dim, T>>
     bool visit(const Query& query, const ShapesFor<Query>& objects, Visitor<ShapeAnswer<Query>> visitor,
@@ -272,12 +277,12 @@ class Queries
     // --- Pairs ---
 
     /// Finds all pairs of one of `boxes` and an object whose closed box it touches, ascending by (a, b): a is
-    /// the position in `boxes`, b the object's id or its index. Refills `out`. Runs on the executor and in
-    /// memory that the structure keeps, so one call at a time; a steady batch allocates nothing. `filters`:
-    /// one for all boxes, or one for each.
+    /// the position in `boxes`, b the id in a BoxIndex, the index of the id in a World. Refills `out`. Runs
+    /// on the executor and in memory that the structure keeps, so one call at a time; a steady batch
+    /// allocates nothing. `filters`: one for all boxes, or one for each.
     /// Costs less than any other way while a box has few results. With about 140 each, a PairFinder that is
     /// given both sets takes half the time, as results needn't be sorted by box there.
-    template <class Filters = Filter>
+    template <FiltersOf<Filter> Filters = Filter>
     void join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out, const Filters& filters = {})
     {
         join_into(boxes, out, filters);
@@ -285,7 +290,7 @@ class Queries
     /// Hands the same pairs over, box by box, until the visitor returns false. Returns false then, else true.
     /// The objects that one box touches come in the order of visit(). Costs about a query for each box, and
     /// no memory; it may be called by several threads at a time.
-    template <class Filters = Filter>
+    template <FiltersOf<Filter> Filters = Filter>
     bool join(const BoxView<Dim, T>& boxes, JoinVisitor visitor, const Filters& filters = {}) const
     {
         return visit_joined(boxes, visitor, filters);
@@ -296,8 +301,8 @@ class Queries
     /// meanwhile. If `other` is this one, its own pairs are meant.
     /// The bound begins with the square of `max_distance`; the visitor makes it less as soon as it knows how
     /// far apart two shapes are. Pairs at squared distance 0 come in an order of the structure's own, the
-    /// others ascending by (at, a, b). Costs a search for those at 0, and about as much again each time that
-    /// four times as many were handed over as the time before.
+    /// others ascending by (at, a, b). Costs one search for those at 0, and one more each time that the
+    /// number handed over has grown fourfold.
     bool closest_pairs(ClosestVisitor visitor, T max_distance = std::numeric_limits<T>::infinity()) const
     {
         return closest_pairs(structure(), visitor, max_distance);
@@ -323,67 +328,67 @@ class Queries
     // Where `first` and `nearest` find nothing for a query, its element of `out` has the id Found::none, and
     // of shapes an infinite fraction or distance.
 
-    template <QueryRange Many, class Filters = Filter>
+    template <QueryRange Many, FiltersOf<Filter> Filters = Filter>
     void any(const Many& queries, BoolSpan out, const Filters& filters = {}) const
     {
         any_of_each(view(queries), out, filters);
     }
-    template <QueryRange Many, class Filters = Filter>
+    template <QueryRange Many, FiltersOf<Filter> Filters = Filter>
     void any(const Many& queries, const Shapes& objects, BoolSpan out, const Filters& filters = {}) const
     {
         any_of_each(view(queries), objects, out, filters);
     }
-    template <QueryRange Many, class Filters = Filter>
+    template <QueryRange Many, FiltersOf<Filter> Filters = Filter>
     void count(const Many& queries, std::span<std::uint64_t> out, const Filters& filters = {}) const
     {
         count_of_each(view(queries), out, filters);
     }
-    template <QueryRange Many, class Filters = Filter>
+    template <QueryRange Many, FiltersOf<Filter> Filters = Filter>
     void count(const Many& queries, const Shapes& objects, std::span<std::uint64_t> out,
                const Filters& filters = {}) const
     {
         count_of_each(view(queries), objects, out, filters);
     }
-    template <QueryRange Many, class Filters = Filter>
+    template <QueryRange Many, FiltersOf<Filter> Filters = Filter>
     void first(const Many& queries, std::span<Found> out, const Filters& filters = {}) const
     {
         first_of_each(view(queries), out, filters);
     }
-    template <QueryRange Many, class Filters = Filter>
+    template <QueryRange Many, FiltersOf<Filter> Filters = Filter>
     void first(const Many& queries, const Shapes& objects, std::type_identity_t<std::span<FoundShape>> out,
                const Filters& filters = {}) const
     {
         first_of_each(view(queries), objects, out, filters);
     }
-    template <QueryRange Many, class Filters = Filter>
+    template <QueryRange Many, FiltersOf<Filter> Filters = Filter>
     void nearest(const Many& queries, std::span<Found> out, const Filters& filters = {}) const
     {
         nearest_of_each(view(queries), out, filters);
     }
-    template <QueryRange Many, class Filters = Filter>
+    template <QueryRange Many, FiltersOf<Filter> Filters = Filter>
     void nearest(const Many& queries, ResultLists<Found>& out, const Filters& filters = {}) const
     {
         nearest_of_each(view(queries), out, filters);
     }
-    template <QueryRange Many, class Filters = Filter>
+    template <QueryRange Many, FiltersOf<Filter> Filters = Filter>
     void nearest(const Many& queries, const Shapes& objects,
                  std::type_identity_t<std::span<FoundDistance>> out, const Filters& filters = {}) const
     {
         nearest_of_each(view(queries), objects, out, filters);
     }
-    template <QueryRange Many, class Filters = Filter>
+    template <QueryRange Many, FiltersOf<Filter> Filters = Filter>
     void nearest(const Many& queries, const Shapes& objects, ResultLists<FoundDistance>& out,
                  const Filters& filters = {}) const
     {
         nearest_of_each(view(queries), objects, out, filters);
     }
-    template <QueryRange Many, class Item, class Filters = Filter>
+    template <QueryRange Many, class Item, FiltersOf<Filter> Filters = Filter>
     void all(const Many& queries, ResultLists<Item>& out, const Filters& filters = {},
              std::uint64_t max_results = no_limit) const
     {
         all_of_each(view(queries), out, filters, max_results);
     }
-    template <QueryRange Many, class Item, class Filters = Filter>
+    template <QueryRange Many, class Item, FiltersOf<Filter> Filters = Filter>
     void all(const Many& queries, const Shapes& objects, ResultLists<Item>& out, const Filters& filters = {},
              std::uint64_t max_results = no_limit) const
     {

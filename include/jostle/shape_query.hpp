@@ -19,10 +19,10 @@
 #include "jostle/version.hpp"
 #include "jostle/world.hpp"
 
-// What the shapes of a World's or BoxIndex's objects are asked, by the verbs of Queries, and their answers:
+// Queries about the shapes of a World's or BoxIndex's objects, by the verbs of Queries, and their answers:
 //
 //     if (const auto hit = world.first(Ray3f{eye, direction}, {shapes, poses}))
-//         use(hit->id, hit->point, hit->normal);
+//         use(hit->id, poses[hit->id.index].position + hit->point, hit->normal);
 
 JOSTLE_NAMESPACE_BEGIN
 
@@ -45,7 +45,7 @@ struct NearestToShape
     T max_distance = std::numeric_limits<T>::infinity();
 };
 
-/// A shape that stays. It asks what touches it; and it is what an object is.
+/// A shape that stays. As a query: what touches it? Also what a function given as PosedShapes returns.
 template <int Dim, Coordinate T>
 struct PosedShape
 {
@@ -63,7 +63,8 @@ namespace detail {
 /// Shape and pose of each object, found by its id in a BoxIndex or the index of its id in a World: Objects,
 /// or a function that is given the id.
 ///
-/// Lifetime  it refers to what it is made of: write it where it is used, {shapes, poses} or a lambda.
+/// Lifetime  it refers to what it is made of: write it where it is used, {shapes, poses} or a lambda. A
+///           variable that is made of a lambda in place refers to one that is gone.
 template <int Dim, Coordinate T>
 class PosedShapes
 {
@@ -100,14 +101,14 @@ class PosedShapes
 };
 
 /// Where a ray, or a shape on its way, meets an object's shape. `point` counts from the position of that
-/// object's pose. `Id` is ObjectId in a World, std::uint32_t in a BoxIndex.
+/// object's pose, in world axes, as does `normal`. `Id` is ObjectId in a World, std::uint32_t in a BoxIndex.
 template <int Dim, Coordinate T, class Id = ObjectId>
 struct ShapeHit : CastHit<Dim, T>
 {
     Id id = Hit<T, Id>::none;
 };
 
-/// How far an object's shape is from the one asked about, which is a, and where; see Distance.
+/// How far an object's shape is from the asker's, and where. The asker is a, the object b: see Distance.
 template <int Dim, Coordinate T, class Id = ObjectId>
 struct ShapeDistance : Distance<Dim, T>
 {

@@ -80,9 +80,9 @@ struct EndedPair
 /// are one part.
 struct ObjectQueryFilter
 {
-    /// The asker's own. Once one of the two isn't all ones, they count as between two objects: both masks
-    /// must meet the other's category. So an object whose mask is 0 is found without them, and not if either
-    /// is set.
+    /// The asker's own. Left at all ones they filter nothing: even an object whose mask is 0 is found. With
+    /// another value in either, both `mask & object.category` and `object.mask & category` must be other than
+    /// zero.
     std::uint32_t category = ~std::uint32_t{0};
     std::uint32_t mask = ~std::uint32_t{0};
     std::uint32_t owner = Filter::no_owner; ///< objects of this owner don't count
