@@ -712,9 +712,9 @@ JOSTLE_C_API jostle_status jostle_index_count(const jostle_index* index, jostle_
 // Objects that live, move and rest, and the pairs between them: world.hpp
 // ---------------------------------------------------------------------------------------------------------
 
-/// Whom an object pairs with: jostle::ObjectFilter. Objects that are given none have {1, UINT32_MAX,
-/// UINT32_MAX, 0}. Set every member of one that you give: there are no defaults in it, and 0 is a value like
-/// any other. Objects whose owner is 0 belong to one owner, and never pair.
+/// Whom an object pairs with: jostle::ObjectFilter. Begin with what objects have that are given none:
+///     jostle_object_filter filter = JOSTLE_OBJECT_FILTER_DEFAULTS;
+/// 0 is a value like any other: objects whose owner is 0 belong to one owner, and never pair.
 typedef struct jostle_object_filter
 {
     uint32_t category;
@@ -722,6 +722,7 @@ typedef struct jostle_object_filter
     uint32_t owner;    ///< objects of one owner never pair; UINT32_MAX belongs to nobody
     int32_t is_static; ///< 1: never pairs with static ones
 } jostle_object_filter;
+#define JOSTLE_OBJECT_FILTER_DEFAULTS {1, UINT32_MAX, UINT32_MAX, 0}
 
 /// 1: the pair may begin. 0: not. Called in update() on its thread, in ascending order of the pairs.
 typedef int32_t (*jostle_accept_object_pair_function)(void* context, jostle_id a, jostle_id b);

@@ -73,6 +73,20 @@ class CWorld : public CTwin
     std::vector<jostle_id> ids;
 };
 
+TEST_F(CWorld, DefaultsOfAFilterAreThoseOfAnObjectThatIsGivenNone)
+{
+    make(0);
+    add(heap(1));
+    update();
+    jostle_object_filter told;
+    OK(jostle_world_filters(world, ids.data(), 1, &told, &error));
+    const jostle_object_filter defaults = JOSTLE_OBJECT_FILTER_DEFAULTS;
+    EXPECT_EQ(told.category, defaults.category);
+    EXPECT_EQ(told.mask, defaults.mask);
+    EXPECT_EQ(told.owner, defaults.owner);
+    EXPECT_EQ(told.is_static, defaults.is_static);
+}
+
 TEST_F(CWorld, WhatNewObjectsAreLikeArrives)
 {
     make(0.25);
