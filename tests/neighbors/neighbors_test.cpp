@@ -1,0 +1,601 @@
+// SPDX-License-Identifier: MIT
+#include "jostle/neighbors.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "jostle/error.hpp"
+#include "tests/contract/counting_memory.hpp"
+#include "tests/contract/error_of.hpp"
+#include "tests/contract/harness.hpp"
+
+namespace {
+
+using contract::for_each_kind;
+using contract::message_of;
+using contract::Random;
+using jostle::NeighborCutoff;
+using jostle::NeighborFinder;
+using jostle::NeighborList;
+using jostle::NeighborOptions;
+using jostle::PeriodicCell;
+using jostle::Vec;
+
+template <int Dim>
+using Shift = std::array<std::int32_t, static_cast<std::size_t>(Dim)>;
+
+/// A call's arguments.
+template <int Dim, class T>
+struct System
+{
+    std::vector<Vec<Dim, T>> a, b;
+    bool two_sets = false;
+    T cutoff = 0;
+    std::vector<T> radii_a, radii_b, table;
+    std::vector<std::uint32_t> types_a, types_b;
+    PeriodicCell<Dim, T> cell;
+
+    NeighborCutoff<T> cutoffs() const
+    {
+        NeighborCutoff<T> all = cutoff;
+        all.radii = radii_a, all.radii_b = radii_b, all.types = types_a, all.types_b = types_b;
+        all.table = table;
+        return all;
+    }
+    const NeighborList<Dim, T>& find(NeighborFinder<Dim, T>& finder,
+                                     const NeighborOptions& options = {}) const
+    {
+        return two_sets ? finder.find(a, b, cutoffs(), cell, options)
+                        : finder.find(a, cutoffs(), cell, options);
+    }
+};
+
+// --- The definition: every point against every other, by every shift ---
+
+template <int Dim, class T>
+Vec<Dim, T> vector_by_definition(const System<Dim, T>& system, const Vec<Dim, T>& from, const Vec<Dim, T>& to,
+                                 const Shift<Dim>& shift)
+{
+    Vec<Dim, T> out;
+    for (int d = 0; d < Dim; ++d) {
+        volatile T apart = to[d] - from[d], sum = 0;
+        bool any = false;
+        for (int k = 0; k < Dim; ++k)
+            if (system.cell.repeats[k]) {
+                volatile T term =
+                    static_cast<T>(shift[static_cast<std::size_t>(k)]) * system.cell.vectors[k][d];
+                if (any)
+                    sum = sum + term;
+                else
+                    sum = term;
+                any = true;
+            }
+        if (any) apart = apart + sum;
+        out[d] = apart;
+    }
+    return out;
+}
+
+template <int Dim, class T>
+T square_by_definition(const Vec<Dim, T>& v)
+{
+    volatile T sum = v[0] * v[0];
+    for (int d = 1; d < Dim; ++d) {
+        volatile T term = v[d] * v[d];
+        sum = sum + term;
+    }
+    return sum;
+}
+
+template <int Dim, class T>
+T cutoff_by_definition(const System<Dim, T>& system, std::size_t i, std::size_t j)
+{
+    const bool two = system.two_sets;
+    if (!system.radii_a.empty()) return system.radii_a[i] + (two ? system.radii_b : system.radii_a)[j];
+    if (system.table.empty()) return system.cutoff;
+    const auto types = static_cast<std::size_t>(std::lround(std::sqrt(double(system.table.size()))));
+    return system.table[system.types_a[i] * types + (two ? system.types_b : system.types_a)[j]];
+}
+
+/// How many periods along axis k any two points can be apart and still be neighbours, with room: by Cramer's
+/// rule, for the axes that repeat and, where others don't, vectors at right angles to them.
+template <int Dim, class T>
+Shift<Dim> most_periods(const System<Dim, T>& system)
+{
+    using Real = long double;
+    Real cutoff = 0, spread = 0;
+    for (std::size_t i = 0; i < system.a.size(); ++i)
+        for (std::size_t j = 0; j < (system.two_sets ? system.b : system.a).size(); ++j) {
+            cutoff = std::max<Real>(cutoff, cutoff_by_definition(system, i, j));
+            const auto& other = (system.two_sets ? system.b : system.a)[j];
+            Real square = 0;
+            for (int d = 0; d < Dim; ++d)
+                square += (Real(other[d]) - system.a[i][d]) * (Real(other[d]) - system.a[i][d]);
+            spread = std::max(spread, std::sqrt(square));
+        }
+    Shift<Dim> most{};
+    for (int k = 0; k < Dim; ++k) {
+        if (!system.cell.repeats[k]) continue;
+        // The part of vector k at right angles to the other vectors that repeat.
+        std::vector<std::array<Real, 3>> base;
+        std::array<Real, 3> own{};
+        for (int pass = 0; pass < 2; ++pass)
+            for (int other = 0; other < Dim; ++other) {
+                if (!system.cell.repeats[other] || (other == k) != (pass == 1)) continue;
+                std::array<Real, 3> v{};
+                for (int d = 0; d < Dim; ++d)
+                    v[static_cast<std::size_t>(d)] = system.cell.vectors[other][d];
+                for (int again = 0; again < 2; ++again)
+                    for (const auto& unit : base) {
+                        const Real along = v[0] * unit[0] + v[1] * unit[1] + v[2] * unit[2];
+                        for (std::size_t d = 0; d < 3; ++d)
+                            v[d] -= along * unit[d];
+                    }
+                own = v;
+                const Real length = std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+                for (Real& each : v)
+                    each /= length;
+                base.push_back(v);
+            }
+        const Real height = std::sqrt(own[0] * own[0] + own[1] * own[1] + own[2] * own[2]);
+        most[static_cast<std::size_t>(k)] =
+            static_cast<std::int32_t>(std::ceil((cutoff + spread) / height * 1.001L)) + 1;
+    }
+    return most;
+}
+
+template <int Dim>
+using Row = std::vector<std::tuple<std::uint32_t, Shift<Dim>>>;
+
+template <int Dim, class T>
+std::vector<Row<Dim>> by_definition(const System<Dim, T>& system, bool half)
+{
+    const Shift<Dim> most = most_periods(system);
+    std::vector<Row<Dim>> rows(system.a.size());
+    const auto& others = system.two_sets ? system.b : system.a;
+    for (std::uint32_t i = 0; i < rows.size(); ++i)
+        for (std::uint32_t j = 0; j < others.size(); ++j) {
+            const T cutoff = cutoff_by_definition(system, i, j);
+            Shift<Dim> shift;
+            for (std::size_t k = 0; k < shift.size(); ++k)
+                shift[k] = -most[k];
+            while (true) {
+                const auto first = std::find_if(shift.begin(), shift.end(), [](int s) { return s != 0; });
+                const bool unshifted = first == shift.end();
+                const bool counts = system.two_sets || (half ? i < j || (i == j && !unshifted && *first > 0)
+                                                             : i != j || !unshifted);
+                volatile T square = cutoff * cutoff;
+                if (counts && cutoff > 0 &&
+                    square_by_definition(vector_by_definition(system, system.a[i], others[j], shift)) <=
+                        square)
+                    rows[i].push_back({j, shift});
+                std::size_t k = shift.size();
+                while (k-- > 0 && shift[k] == most[k])
+                    shift[k] = -most[k];
+                if (k > shift.size()) break;
+                ++shift[k];
+            }
+        }
+    return rows;
+}
+
+template <int Dim, class T>
+std::vector<Row<Dim>> rows_of(const NeighborList<Dim, T>& list)
+{
+    std::vector<Row<Dim>> rows(list.offsets.size() - 1);
+    EXPECT_EQ(list.neighbors.size(), list.offsets.back());
+    EXPECT_EQ(list.shifts.size(), list.offsets.back());
+    for (std::size_t i = 0; i < rows.size(); ++i)
+        for (std::uint64_t k = list.offsets[i]; k < list.offsets[i + 1]; ++k)
+            rows[i].push_back({list.neighbors[k], list.shifts[k]});
+    return rows;
+}
+
+// --- Systems ---
+
+template <int Dim, class T>
+PeriodicCell<Dim, T> random_cell(Random& random, T size, bool lattice)
+{
+    constexpr T nothing = std::numeric_limits<T>::quiet_NaN(); // isn't read
+    PeriodicCell<Dim, T> cell;
+    const bool skewed = random.one_in(2), narrow = random.one_in(4);
+    for (int k = 0; k < Dim; ++k) {
+        cell.repeats[k] = !random.one_in(4);
+        for (int d = 0; d < Dim; ++d) {
+            T& x = cell.vectors[k][d];
+            if (!cell.repeats[k])
+                x = nothing;
+            else if (d == k)
+                x = lattice ? T(1 + random.below(4)) : size * random.template between<T>(T(0.3), 2);
+            else
+                x = !skewed   ? T(0)
+                    : lattice ? T(random.below(3)) - 1
+                              : size * random.template between<T>(-1, 1);
+        }
+    }
+    if (narrow && !lattice && cell.repeats[0] && cell.repeats[1]) { // 10 degrees
+        cell.vectors[1] = cell.vectors[0] * T(0.9848);
+        for (int d = 0; d < Dim; ++d)
+            cell.vectors[1][d] += (d == 0 ? -1 : T(1)) * T(0.1736) * cell.vectors[0][(d + 1) % Dim];
+    }
+    if (random.one_in(2)) { // left-handed
+        std::swap(cell.vectors[0], cell.vectors[1]);
+        std::swap(cell.repeats[0], cell.repeats[1]);
+    }
+    return cell;
+}
+
+template <int Dim, class T>
+std::vector<Vec<Dim, T>> random_points(Random& random, const PeriodicCell<Dim, T>& cell, T size, bool lattice)
+{
+    std::vector<Vec<Dim, T>> points(random.below(14));
+    const bool far = random.one_in(4);
+    for (Vec<Dim, T>& point : points) {
+        point = {};
+        for (int k = 0; k < Dim; ++k) {
+            T f = random.template unit<T>();
+            if (random.one_in(6)) f = T(random.below(2)); // on a face
+            if (far) f += T(random.below(9)) - 4;
+            for (int d = 0; d < Dim; ++d)
+                if (cell.repeats[k])
+                    point[d] += f * cell.vectors[k][d];
+                else if (d == k)
+                    point[d] += f * size;
+        }
+        for (int d = 0; lattice && d < Dim; ++d)
+            point[d] = std::floor(point[d]);
+        if (random.one_in(8)) point = points.front();
+    }
+    return points;
+}
+
+/// `steps` limits how many shifts the definition looks at.
+template <int Dim, class T>
+System<Dim, T> random_system(Random& random, double steps)
+{
+    constexpr T sizes[] = {1, 10, T(1e-9), T(1e9)};
+    while (true) {
+        System<Dim, T> system;
+        const bool lattice = random.one_in(4);
+        const T size = lattice ? T(1) : sizes[random.below(4)];
+        system.cell = random_cell<Dim, T>(random, size, lattice);
+        system.a = random_points(random, system.cell, size, lattice);
+        system.two_sets = random.one_in(4);
+        if (system.two_sets) system.b = random_points(random, system.cell, size, lattice);
+        constexpr T factors[] = {T(0.1), T(0.3), T(0.5), 1, 2};
+        const T cutoff = lattice ? T(1 + random.below(3)) : size * factors[random.below(5)];
+        const auto fill = [&](auto& a, auto& b, auto draw) {
+            for (std::size_t i = 0; i < system.a.size(); ++i)
+                a.push_back(draw());
+            for (std::size_t i = 0; i < system.b.size(); ++i)
+                b.push_back(draw());
+        };
+        const std::uint32_t kind = random.below(3);
+        if (kind == 0) {
+            system.cutoff = cutoff;
+        } else if (kind == 1) {
+            fill(system.radii_a, system.radii_b, [&] { return random.one_in(4) ? T(0) : cutoff / 2; });
+            for (auto* radii : {&system.radii_a, &system.radii_b})
+                if (!radii->empty()) radii->front() = cutoff;
+        } else {
+            fill(system.types_a, system.types_b, [&] { return random.below(3); });
+            system.table = {cutoff, cutoff / 2, 0, cutoff / 2, cutoff / 4, cutoff, 0, cutoff, cutoff / 2};
+        }
+        if (system.two_sets && (system.a.empty() || system.b.empty())) continue;
+        double count = 1;
+        bool solid = true;
+        const Shift<Dim> most = most_periods(system);
+        for (std::size_t k = 0; k < most.size(); ++k) {
+            count *= 2.0 * most[k] + 1;
+            solid &= most[k] >= 0;
+        }
+        if (!solid || count > steps) continue;
+        NeighborFinder<Dim, T> finder({.executor = &jostle::serial_executor()});
+        try {
+            system.find(finder);
+        } catch (const jostle::Error& error) { // a lattice may be flat
+            EXPECT_NE(std::string(error.what()).find("flat"), std::string::npos) << error.what();
+            continue;
+        }
+        return system;
+    }
+}
+
+TEST(Neighbors, AreWhatTheDefinitionSays)
+{
+    const auto rounds = contract::environment_number("JOSTLE_NEIGHBOR_ROUNDS", 300);
+    for_each_kind([&](auto kind) {
+        constexpr int Dim = decltype(kind)::dim;
+        using T = typename decltype(kind)::Number;
+        Random random(contract::environment_number("JOSTLE_NEIGHBOR_SEED", 1));
+        NeighborFinder<Dim, T> finder;
+        std::size_t found = 0, shifted = 0, itself = 0;
+        for (std::uint64_t round = 0; round < rounds; ++round) {
+            const auto system = random_system<Dim, T>(random, 3000);
+            const bool half = !system.two_sets && random.one_in(2);
+            const auto expected = by_definition(system, half);
+            const auto rows = rows_of(system.find(finder, {.half = half}));
+            ASSERT_EQ(rows, expected) << contract::kind_name<Dim, T>() << " round " << round;
+            for (std::size_t i = 0; i < rows.size(); ++i)
+                for (const auto& [j, shift] : rows[i]) {
+                    ++found;
+                    shifted += shift != Shift<Dim>{};
+                    itself += i == j;
+                }
+        }
+        EXPECT_GT(found, 20 * rounds);
+        EXPECT_GT(shifted, 10 * rounds);
+        EXPECT_GT(itself, rounds);
+    });
+}
+
+/// By hand: one point whose images lie on a line, and two that just touch across a border.
+TEST(Neighbors, OfAFewPointsCanBeCounted)
+{
+    NeighborFinder<3, float> finder;
+    const std::vector<Vec<3, float>> one{{7, 8, 9}};
+    const PeriodicCell<3, float> line{{{}, {0, 2, 0}, {}}, {false, true, false}};
+    const auto& list = finder.find(one, 4.5f, line, {.vectors = true, .distances = true});
+    ASSERT_EQ(rows_of(list),
+              (std::vector<Row<3>>{{{0u, {0, -2, 0}}, {0u, {0, -1, 0}}, {0u, {0, 1, 0}}, {0u, {0, 2, 0}}}}));
+    EXPECT_EQ(list.vectors[0], (Vec<3, float>{0, -4, 0}));
+    EXPECT_EQ(list.distances[0], 4);
+    EXPECT_TRUE(list.searched);
+    EXPECT_EQ(rows_of(finder.find(one, 4.5f, line, {.half = true})),
+              (std::vector<Row<3>>{{{0u, {0, 1, 0}}, {0u, {0, 2, 0}}}}));
+
+    const std::vector<Vec<3, float>> two{{0, 9, 0}, {0, 1, 0}};
+    const PeriodicCell<3, float> cell{{{}, {0, 10, 0}, {}}, {false, true, false}};
+    EXPECT_EQ(rows_of(finder.find(two, 2, cell)),
+              (std::vector<Row<3>>{{{1u, {0, 1, 0}}}, {{0u, {0, -1, 0}}}}));
+    EXPECT_EQ(rows_of(finder.find(two, 1.99f, cell)), (std::vector<Row<3>>{{}, {}}));
+    EXPECT_EQ(rows_of(finder.find(two, 8)), (std::vector<Row<3>>{{{1u, {}}}, {{0u, {}}}}));
+    EXPECT_EQ(rows_of(finder.find({}, 8)), (std::vector<Row<3>>{}));
+    EXPECT_EQ(rows_of(finder.find(two, {}, 8)), (std::vector<Row<3>>{{}, {}}));
+}
+
+/// Cutoffs that touch exactly, in numbers that are no whole ones: the distance of two points as the
+/// definition rounds it, and the number below.
+TEST(Neighbors, TouchExactly)
+{
+    for_each_kind([](auto kind) {
+        constexpr int Dim = decltype(kind)::dim;
+        using T = typename decltype(kind)::Number;
+        Random random(4);
+        NeighborFinder<Dim, T> finder;
+        std::size_t found = 0;
+        for (int round = 0; round < 200; ++round) {
+            const System<Dim, T> system = random_system<Dim, T>(random, 500);
+            if (system.cutoff == 0) continue;
+            const auto wide = by_definition(system, false);
+            for (std::size_t i = 0; i < wide.size(); ++i)
+                for (const auto& [j, shift] : wide[i]) {
+                    if (!random.one_in(16)) continue;
+                    const auto& other = (system.two_sets ? system.b : system.a)[j];
+                    const T distance = std::sqrt(
+                        square_by_definition(vector_by_definition(system, system.a[i], other, shift)));
+                    for (const T cutoff : {distance, std::nextafter(distance, T(0))}) {
+                        if (!(cutoff > system.cutoff / 100)) continue;
+                        System<Dim, T> exact = system;
+                        exact.cutoff = cutoff;
+                        ASSERT_EQ(rows_of(exact.find(finder)), by_definition(exact, false));
+                        ++found;
+                    }
+                }
+        }
+        EXPECT_GT(found, 100u);
+    });
+}
+
+template <int Dim, class T>
+System<Dim, T> large_system(Random& random, std::size_t n)
+{
+    System<Dim, T> system;
+    for (int k = 0; k < Dim; ++k) {
+        system.cell.repeats[k] = k != 1;
+        system.cell.vectors[k] = {};
+        system.cell.vectors[k][k] = 10;
+    }
+    system.cell.vectors[0][1] = 4;
+    for (std::size_t i = 0; i < n; ++i) {
+        Vec<Dim, T> point;
+        for (int d = 0; d < Dim; ++d)
+            point[d] = random.template between<T>(-6, 11);
+        system.a.push_back(point);
+    }
+    system.cutoff = Dim == 3 ? T(1.5) : T(0.7);
+    return system;
+}
+
+TEST(Neighbors, AreTheSameOnAnyThreads)
+{
+    for_each_kind([](auto kind) {
+        constexpr int Dim = decltype(kind)::dim;
+        using T = typename decltype(kind)::Number;
+        Random random(2);
+        const auto system = large_system<Dim, T>(random, 520);
+        const auto expected = by_definition(system, false);
+        for (const contract::NamedExecutor& each : contract::all_executors()) {
+            NeighborFinder<Dim, T> finder({.executor = each.executor.get()});
+            const auto& list = system.find(finder, {.vectors = true, .distances = true});
+            ASSERT_EQ(rows_of(list), expected) << each.name;
+            ASSERT_EQ(list.vectors.size(), list.neighbors.size());
+            ASSERT_EQ(list.distances.size(), list.neighbors.size());
+            for (std::size_t i = 0; i < system.a.size(); ++i)
+                for (std::uint64_t k = list.offsets[i]; k < list.offsets[i + 1]; ++k) {
+                    const auto vector = vector_by_definition(system, system.a[i], system.a[list.neighbors[k]],
+                                                             list.shifts[k]);
+                    ASSERT_EQ(list.vectors[k], vector);
+                    ASSERT_EQ(list.distances[k], std::sqrt(square_by_definition(vector)));
+                }
+        }
+    });
+}
+
+TEST(Neighbors, WithASkinAreTheSameAndSeldomSearched)
+{
+    for_each_kind([](auto kind) {
+        constexpr int Dim = decltype(kind)::dim;
+        using T = typename decltype(kind)::Number;
+        Random random(3);
+        NeighborFinder<Dim, T> finder, plain;
+        auto system = large_system<Dim, T>(random, 400);
+        int searched = 0;
+        for (int step = 0; step < 60; ++step) {
+            const auto& list = system.find(finder, {.vectors = true, .skin = 0.3});
+            searched += list.searched;
+            const auto& fresh = system.find(plain, {.vectors = true});
+            ASSERT_EQ(rows_of(list), rows_of(fresh)) << step;
+            ASSERT_TRUE(std::equal(list.vectors.begin(), list.vectors.end(), fresh.vectors.begin()));
+            for (Vec<Dim, T>& point : system.a)
+                for (int d = 0; d < Dim; ++d)
+                    point[d] += random.template between<T>(T(-0.02), T(0.02));
+        }
+        EXPECT_GT(searched, 3);
+        EXPECT_LT(searched, 20);
+        const auto searches = [&](const NeighborOptions& options = {.skin = 0.3}) {
+            return system.find(finder, options).searched;
+        };
+        searches();
+        EXPECT_FALSE(searches());
+        EXPECT_TRUE(searches({.half = true, .skin = 0.3}));
+        EXPECT_TRUE(searches());
+        system.cell.vectors[0][0] += T(0.001);
+        EXPECT_TRUE(searches());
+        system.cutoff += T(0.001);
+        EXPECT_TRUE(searches());
+        system.a[7][0] += T(0.149);
+        EXPECT_FALSE(searches());
+        system.a[7][0] += T(0.002);
+        EXPECT_TRUE(searches());
+        system.a.pop_back();
+        EXPECT_TRUE(searches());
+        EXPECT_FALSE(searches());
+        EXPECT_TRUE(searches({})) << "without a skin";
+        std::swap(system.radii_a, system.radii_b);
+        system.cutoff = 0;
+        system.radii_a.assign(system.a.size(), T(0.5));
+        EXPECT_TRUE(searches());
+        system.radii_a[3] = T(0.4);
+        EXPECT_TRUE(searches());
+        EXPECT_FALSE(searches());
+    });
+}
+
+TEST(Neighbors, BadInputIsAnErrorThatNamesIt)
+{
+    NeighborFinder<3, double> finder;
+    const std::vector<Vec<3, double>> points{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
+    const PeriodicCell<3, double> cell{{{9, 0, 0}, {0, 9, 0}, {0, 0, 9}}, {true, true, true}};
+    const double nan = std::numeric_limits<double>::quiet_NaN(), infinite = HUGE_VAL;
+    const auto before = rows_of(finder.find(points, 1.5, cell));
+    const auto error = [&](auto&& call) { return message_of(call); };
+    const auto with = [&](Vec<3, double> last) {
+        return error([&] { finder.find(std::vector{points[0], points[1], last}, 1.5, cell); });
+    };
+    EXPECT_EQ(with({1, nan, 0}), "point 2, (1, nan, 0) is NaN; every coordinate must be a number");
+    EXPECT_EQ(with({1, -infinite, 0}),
+              "point 2, (1, -inf, 0) is too far away; coordinates reach to an eighth of their type's range");
+    EXPECT_NE(with({1, 1e12, 0}).find("point 2, (1, 1000000000000, 0) lies "), std::string::npos);
+    const auto cut = [&](double cutoff) { return error([&] { finder.find(points, cutoff, cell); }); };
+    EXPECT_EQ(cut(-1), "the cutoff is -1; give a length");
+    EXPECT_EQ(cut(nan), "the cutoff is nan; give a length");
+    EXPECT_EQ(cut(infinite), "the cutoff is inf; give a length");
+    for (const double wrong : {0.0, 1e-170, 1e170})
+        EXPECT_NE(cut(wrong).find("the greatest cutoff is "), std::string::npos);
+    EXPECT_NE(cut(1e4).find("periods along axis 0"), std::string::npos);
+    const auto in = [&](Vec<3, double> third) {
+        PeriodicCell<3, double> other = cell;
+        other.vectors[2] = third;
+        return error([&] { finder.find(points, 1.5, other); });
+    };
+    EXPECT_NE(in({3, 2, 0}).find("the cell is flat"), std::string::npos);
+    EXPECT_NE(in({0, 0, 0}).find("vector 2 of the cell has length 0"), std::string::npos);
+    EXPECT_NE(in({0, nan, 0}).find("vector 2 of the cell has length nan"), std::string::npos);
+    for (const double skin : {-1.0, nan, infinite, 1e200})
+        EXPECT_NE(error([&] { finder.find(points, 1.5, cell, {.skin = skin}); }).find("the skin is "),
+                  std::string::npos);
+    EXPECT_NE(error([&] { finder.find(points, points, 1.5, cell, {.half = true}); }).find("half"),
+              std::string::npos);
+
+    const auto of = [&](const std::vector<double>& radii, const std::vector<std::uint32_t>& types,
+                        const std::vector<double>& table, double value = 0) {
+        NeighborCutoff<double> cutoff = value;
+        cutoff.radii = radii, cutoff.types = types, cutoff.table = table;
+        return error([&] { finder.find(points, cutoff, cell); });
+    };
+    EXPECT_EQ(of({1, 1}, {}, {}), "there are 2 radii for 3 points; give one for each");
+    EXPECT_EQ(of({1, -2, 1}, {}, {}), "the radius of point 1 is -2; give a length");
+    EXPECT_EQ(of({1, 1, 1}, {}, {}, 1), "of cutoff, radii and table only one may be given");
+    EXPECT_EQ(of({}, {0, 0, 0}, {}), "there are types, but no table");
+    EXPECT_EQ(of({}, {0, 2, 0}, {1, 1, 1, 1}), "point 1 is of type 2, and the table has 2 types");
+    EXPECT_EQ(of({}, {0, 0}, {1}), "there are 2 types for 3 points; give one for each");
+    EXPECT_NE(of({}, {0, 0, 0}, {1, 1}).find("isn't square"), std::string::npos);
+    EXPECT_NE(of({}, {0, 0, 0}, {1, 2, 3, 1}).find("cutoff 1 of the table is 2"), std::string::npos);
+    EXPECT_NE(of({}, {0, 0, 0}, {nan}).find("cutoff 0 of the table is nan"), std::string::npos);
+    NeighborCutoff<double> second = 1;
+    const std::vector<double> radii(3);
+    second.radii_b = radii;
+    EXPECT_NE(error([&] { finder.find(points, second, cell); }).find("second set"), std::string::npos);
+
+    const auto& list = finder.find(points, 1.5, cell);
+    (void)error([&] { finder.find(points, -1, cell); });
+    EXPECT_EQ(rows_of(list), before) << "the last list isn't touched";
+}
+
+TEST(Neighbors, ASteadyCallAllocatesNothingAndAFailedOneLeavesAnEmptyList)
+{
+    contract::CountingMemory memory;
+    {
+        Random random(5);
+        const auto system = large_system<3, float>(random, 520);
+        const auto expected = by_definition(system, false);
+        NeighborFinder<3, float> finder({.memory = &memory});
+        const NeighborOptions options{.vectors = true, .distances = true, .skin = 0.2};
+        for (std::uint64_t allowed = 0;; ++allowed) {
+            memory.failing_allocation = memory.allocations + allowed;
+            try {
+                const auto& list = system.find(finder, options);
+                EXPECT_EQ(rows_of(list), expected);
+                break;
+            } catch (const std::bad_alloc&) {
+                ASSERT_LT(allowed, 10'000u);
+                finder.release_memory();
+            }
+        }
+        memory.failing_allocation = contract::CountingMemory::never;
+        system.find(finder, options);
+        const auto before = memory.allocations;
+        EXPECT_EQ(rows_of(system.find(finder, options)), expected);
+        finder.find(system.a, system.cutoff, system.cell); // without a skin
+        EXPECT_EQ(memory.allocations, before);
+    }
+    EXPECT_EQ(memory.bytes, 0u);
+}
+
+/// Most of space is empty: the grid has as many cells as it may and no more.
+TEST(Neighbors, PointsMayBeSparse)
+{
+    for_each_kind([](auto kind) {
+        constexpr int Dim = decltype(kind)::dim;
+        using T = typename decltype(kind)::Number;
+        Random random(6);
+        NeighborFinder<Dim, T> finder;
+        System<Dim, T> system;
+        system.cutoff = T(0.5);
+        for (int i = 0; i < 300; ++i) {
+            Vec<Dim, T> point;
+            for (int d = 0; d < Dim; ++d)
+                point[d] = random.template unit<T>() + (i % 3 == 0 ? T(1e6) : i % 3 == 1 ? T(1e30) : T(0));
+            system.a.push_back(point);
+        }
+        ASSERT_EQ(rows_of(system.find(finder)), by_definition(system, false));
+    });
+}
+
+} // namespace
