@@ -9,7 +9,7 @@
 /// | find_pairs.hpp        | all pairs of touching boxes, of one set or of two                   | yes     |
 /// | spatial_order.hpp     | neighbours in space made neighbours in memory                       | mostly  |
 /// | periodic.hpp          | images, for pairs across the borders of periodic space              | mostly  |
-/// | neighbors.hpp         | neighbour lists: points within a cutoff, in periodic cells of any shape | mostly |
+/// | neighbors.hpp         | neighbor lists: points within a cutoff, in periodic cells           | mostly  |
 /// | world.hpp             | objects that come, move, rest and go; begin and end events          | yes     |
 /// | pair_slots.hpp        | numbers for pairs, to index arrays of your own                      | mostly  |
 /// | query.hpp             | rays, sweeps, overlaps, nearest, views: what can be asked           | yes     |

@@ -59,7 +59,7 @@ std::string set_text(const char* set)
     return *set == 0 ? std::string() : std::string(" of ") + *set;
 }
 
-[[noreturn]] void refuse(const std::string& message, std::uint64_t index = Error::no_index)
+[[noreturn]] void refuse_search(const std::string& message, std::uint64_t index = Error::no_index)
 {
     throw Error(ErrorCode::invalid_argument, message, index);
 }
@@ -111,7 +111,7 @@ template <Coordinate T>
 void check_cutoff(T value, const std::string& what, std::uint64_t index)
 {
     if (!(value >= 0 && value <= std::numeric_limits<T>::max()))
-        refuse(what + " is " + number_text(value) + "; give a length", index);
+        refuse_search(what + " is " + number_text(value) + "; give a length", index);
 }
 
 /// Adds what a set has to the rule, or throws.
@@ -133,10 +133,10 @@ T checked_radii(const PointSet<Dim, T>& set, const CutoffRule<T>& rule)
     if (rule.types != 0) lengths(set.types.size(), "types");
     for (std::size_t i = 0; rule.types != 0 && i < set.types.size(); ++i)
         if (set.types[i] >= rule.types)
-            refuse(std::string("point ") + set.name + std::to_string(i) + " is of type " +
-                       std::to_string(set.types[i]) + ", and the table has " + std::to_string(rule.types) +
-                       " types",
-                   i);
+            refuse_search(std::string("point ") + set.name + std::to_string(i) + " is of type " +
+                              std::to_string(set.types[i]) + ", and the table has " +
+                              std::to_string(rule.types) + " types",
+                          i);
     return greatest;
 }
 
@@ -149,8 +149,9 @@ CutoffRule<T> check_cutoffs(const PointSet<Dim, T>& a, const PointSet<Dim, T>& b
     while (rule.types * rule.types < cutoff.table.size())
         ++rule.types;
     if (rule.sums + (rule.types != 0) + (cutoff.value != 0) > 1)
-        refuse("of cutoff, radii and table only one may be given");
-    if (rule.types == 0 && (!a.types.empty() || !b.types.empty())) refuse("there are types, but no table");
+        refuse_search("of cutoff, radii and table only one may be given");
+    if (rule.types == 0 && (!a.types.empty() || !b.types.empty()))
+        refuse_search("there are types, but no table");
     if (rule.types * rule.types != cutoff.table.size())
         throw Error(ErrorCode::size_mismatch, "a table of " + std::to_string(cutoff.table.size()) +
                                                   " cutoffs isn't square; give k * k for k types");
@@ -159,9 +160,9 @@ CutoffRule<T> check_cutoffs(const PointSet<Dim, T>& a, const PointSet<Dim, T>& b
         check_cutoff(cutoff.table[k], "cutoff " + std::to_string(k) + " of the table", k);
         const std::size_t mirrored = k % rule.types * rule.types + k / rule.types;
         if (cutoff.table[k] != cutoff.table[mirrored])
-            refuse("cutoff " + std::to_string(k) + " of the table is " + number_text(cutoff.table[k]) +
-                       ", and that of the same types in turn " + number_text(cutoff.table[mirrored]),
-                   k);
+            refuse_search("cutoff " + std::to_string(k) + " of the table is " + number_text(cutoff.table[k]) +
+                              ", and that of the same types in turn " + number_text(cutoff.table[mirrored]),
+                          k);
         rule.greatest = std::max(rule.greatest, cutoff.table[k]);
     }
     const T radius_a = checked_radii(a, rule), radius_b = checked_radii(b, rule);
@@ -169,8 +170,8 @@ CutoffRule<T> check_cutoffs(const PointSet<Dim, T>& a, const PointSet<Dim, T>& b
     const T square = rule.greatest * rule.greatest;
     const bool nobody = a.points.empty() || b.points.empty();
     if (!nobody && !(square >= std::numeric_limits<T>::min() && square <= std::numeric_limits<T>::max()))
-        refuse("the greatest cutoff is " + number_text(rule.greatest) +
-               "; it must be above 0, and its square within the range of its type");
+        refuse_search("the greatest cutoff is " + number_text(rule.greatest) +
+                      "; it must be above 0, and its square within the range of its type");
     return rule;
 }
 
@@ -234,8 +235,8 @@ struct NeighborGrid
             for (int d = 0; d < Dim; ++d)
                 lengths[k] = std::hypot(lengths[k], vectors[k][d]);
             if (!(lengths[k] > 0 && lengths[k] <= static_cast<double>(std::numeric_limits<T>::max()) / 8))
-                refuse("vector " + std::to_string(k) + " of the cell has length " + number_text(lengths[k]) +
-                       "; an axis that repeats needs one with a length");
+                refuse_search("vector " + std::to_string(k) + " of the cell has length " +
+                              number_text(lengths[k]) + "; an axis that repeats needs one with a length");
             known[count++] = along[k];
         }
         for (int k = 0; k < Dim; ++k) // what doesn't repeat lies at right angles to all before
@@ -251,8 +252,8 @@ struct NeighborGrid
         }
         thickness = std::abs(volume);
         if (!(thickness > 1e-6))
-            refuse("the cell is flat: vectors of length 1 along its axes span " + number_text(thickness) +
-                   "; axes that repeat must point in different directions");
+            refuse_search("the cell is flat: vectors of length 1 along its axes span " +
+                          number_text(thickness) + "; axes that repeat must point in different directions");
         if constexpr (Dim == 3) {
             for (int k = 0; k < 3; ++k)
                 reciprocal[k] = cross(along[(k + 1) % 3], along[(k + 2) % 3]) / volume / lengths[k];
@@ -307,11 +308,11 @@ struct NeighborGrid
                 for (std::size_t i = 0; i < set->points.size(); ++i) {
                     const double f = fraction(set->points[i], k);
                     if (repeats[k] && !(std::abs(f) <= far))
-                        refuse(point_text(set->name, i, set->points[i]) + " lies " + number_text(f) +
-                                   " periods along axis " + std::to_string(k) +
-                                   " from the lowest coordinates; at most " + number_text(far) +
-                                   " are allowed, wrap the points",
-                               i);
+                        refuse_search(point_text(set->name, i, set->points[i]) + " lies " + number_text(f) +
+                                          " periods along axis " + std::to_string(k) +
+                                          " from the lowest coordinates; at most " + number_text(far) +
+                                          " are allowed, wrap the points",
+                                      i);
                     low[k] = std::min(low[k], f);
                     high[k] = std::max(high[k], f);
                 }
@@ -335,9 +336,9 @@ struct NeighborGrid
                 within * length(reciprocal[k]) + 2 * error * (spread / lengths[k] + (repeats[k] ? 1 : 0));
             if (!repeats[k]) continue;
             if (!(reaches[k] < static_cast<double>(most_images)))
-                refuse("the cutoff reaches over " + number_text(reaches[k]) + " periods along axis " +
-                       std::to_string(k) + ", and it may over " + std::to_string(most_images) +
-                       "; put several periods into one cell");
+                refuse_search("the cutoff reaches over " + number_text(reaches[k]) + " periods along axis " +
+                              std::to_string(k) + ", and it may over " + std::to_string(most_images) +
+                              "; put several periods into one cell");
             wrapped += (high[k] - low[k] + reaches[k] + 2) * lengths[k];
         }
         const double passing = (within + 16 * eps * (wrapped + cutoff)) * (1 + 16 * eps);
@@ -871,15 +872,15 @@ struct NeighborFinder<Dim, T>::Implementation
         const InUse use(in_use, "NeighborFinder");
         const ExactFloats exact;
         if (!(what.skin >= 0 && what.skin <= static_cast<double>(std::numeric_limits<T>::max())))
-            refuse("the skin is " + number_text(what.skin) + "; give a length, or 0");
+            refuse_search("the skin is " + number_text(what.skin) + "; give a length, or 0");
         if (two_sets && what.half)
-            refuse("half lists are for one set: of two sets each pair comes once already");
+            refuse_search("half lists are for one set: of two sets each pair comes once already");
         check_points(a);
         if (two_sets) check_points(b);
         Request request{a, b, two_sets, check_cutoffs(a, b, cutoff), cell, what};
         const T most = request.rule.greatest + static_cast<T>(what.skin);
         if (!(most * most <= std::numeric_limits<T>::max()))
-            refuse("the skin is " + number_text(what.skin) + ": its sum with the cutoff is too great");
+            refuse_search("the skin is " + number_text(what.skin) + ": its sum with the cutoff is too great");
         const bool somebody = !a.points.empty() && !b.points.empty();
         NeighborGrid<Dim, T> fresh;
         fresh.set_axes(cell);
@@ -933,7 +934,7 @@ const NeighborList<Dim, T>& NeighborFinder<Dim, T>::find(Points points, const Ne
                                                          const Cell& cell, const NeighborOptions& options)
 {
     if (!cutoff.radii_b.empty() || !cutoff.types_b.empty())
-        refuse("there are radii or types of a second set, and there is one set");
+        refuse_search("there are radii or types of a second set, and there is one set");
     const PointSet<Dim, T> set{points, cutoff.radii, cutoff.types, ""};
     return implementation_->find(set, set, false, cutoff, cell, options);
 }
