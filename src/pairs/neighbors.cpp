@@ -5,13 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cmath>
-#include <exception>
-#include <limits>
 #include <memory_resource>
-#include <mutex>
-#include <sstream>
-#include <string>
 #include <vector>
 
 #include "base/buffer.hpp"
@@ -19,438 +13,18 @@
 #include "base/exact_floats.hpp"
 #include "base/in_use.hpp"
 #include "base/instantiate.hpp"
-#include "base/run_tasks.hpp"
-#include "jostle/error.hpp"
 #include "jostle/executor.hpp"
+#include "jostle/process.hpp"
+#include "pairs/neighbor_grid.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
+namespace neighbors {
 namespace {
 
-constexpr std::size_t rows_per_block = 128; // of work; fewer than four blocks are done by the calling thread
+constexpr std::size_t rows_per_block = 128; // of work; up to three blocks are done by the calling thread
 constexpr int image_bits = 10;              // of an image's number along an axis, in the key of a neighbour
-constexpr std::int64_t image_bias = 1 << (image_bits - 1), most_images = 500;
-
-template <int Dim>
-using Periods = std::array<std::int32_t, detail::axes<Dim>>;
-
-template <class Number>
-std::string number_text(Number number)
-{
-    std::ostringstream out;
-    out.imbue(std::locale::classic());
-    out.precision(std::numeric_limits<double>::max_digits10);
-    if constexpr (std::is_same_v<Number, float>) out.precision(std::numeric_limits<float>::max_digits10);
-    out << number;
-    return out.str();
-}
-
-template <int Dim, Coordinate T>
-std::string point_text(const char* set, std::size_t i, const Vec<Dim, T>& point)
-{
-    std::string text = std::string("point ") + set + std::to_string(i) + ", (";
-    for (int d = 0; d < Dim; ++d)
-        text += (d == 0 ? "" : ", ") + number_text(point[d]);
-    return text + ")";
-}
-
-/// How errors name a set as a whole: nothing where there is one.
-std::string set_text(const char* set)
-{
-    return *set == 0 ? std::string() : std::string(" of ") + *set;
-}
-
-[[noreturn]] void refuse_search(const std::string& message, std::uint64_t index = Error::no_index)
-{
-    throw Error(ErrorCode::invalid_argument, message, index);
-}
-
-/// The vector of the definition.
-template <int Dim, Coordinate T>
-Vec<Dim, T> vector_between(const Vec<Dim, T>& from, const Vec<Dim, T>& to, const Periods<Dim>& shift,
-                           const PeriodicCell<Dim, T>& cell)
-{
-    Vec<Dim, T> sum{};
-    bool first = true;
-    for (int k = 0; k < Dim; ++k) {
-        if (!cell.repeats[k]) continue;
-        const Vec<Dim, T> term = cell.vectors[k] * static_cast<T>(shift[static_cast<std::size_t>(k)]);
-        sum = first ? term : sum + term;
-        first = false;
-    }
-    const Vec<Dim, T> apart = to - from;
-    return first ? apart : apart + sum;
-}
-
-/// One set as a call sees it.
-template <int Dim, Coordinate T>
-struct PointSet
-{
-    std::span<const Vec<Dim, T>> points;
-    std::span<const T> radii;
-    std::span<const std::uint32_t> types;
-    const char* name; ///< in errors
-};
-
-/// Where a call's cutoffs come from.
-template <Coordinate T>
-struct CutoffRule
-{
-    T value;
-    std::span<const T> table;
-    std::size_t types = 0;
-    bool sums = false;
-    T greatest = 0;
-
-    T operator()(T radius_a, std::uint32_t type_a, T radius_b, std::uint32_t type_b) const
-    {
-        return sums ? radius_a + radius_b : types != 0 ? table[type_a * types + type_b] : value;
-    }
-};
-
-template <Coordinate T>
-void check_cutoff(T value, const std::string& what, std::uint64_t index)
-{
-    if (!(value >= 0 && value <= std::numeric_limits<T>::max()))
-        refuse_search(what + " is " + number_text(value) + "; give a length", index);
-}
-
-/// Adds what a set has to the rule, or throws.
-template <int Dim, Coordinate T>
-T checked_radii(const PointSet<Dim, T>& set, const CutoffRule<T>& rule)
-{
-    const auto lengths = [&](std::size_t size, const char* what) {
-        if (size != set.points.size())
-            throw Error(ErrorCode::size_mismatch, "there are " + std::to_string(size) + " " + what + " for " +
-                                                      std::to_string(set.points.size()) + " points" +
-                                                      set_text(set.name) + "; give one for each");
-    };
-    T greatest = 0;
-    if (rule.sums) lengths(set.radii.size(), "radii");
-    for (std::size_t i = 0; rule.sums && i < set.radii.size(); ++i) {
-        check_cutoff(set.radii[i], std::string("the radius of point ") + set.name + std::to_string(i), i);
-        greatest = std::max(greatest, set.radii[i]);
-    }
-    if (rule.types != 0) lengths(set.types.size(), "types");
-    for (std::size_t i = 0; rule.types != 0 && i < set.types.size(); ++i)
-        if (set.types[i] >= rule.types)
-            refuse_search(std::string("point ") + set.name + std::to_string(i) + " is of type " +
-                              std::to_string(set.types[i]) + ", and the table has " +
-                              std::to_string(rule.types) + " types",
-                          i);
-    return greatest;
-}
-
-template <int Dim, Coordinate T>
-CutoffRule<T> check_cutoffs(const PointSet<Dim, T>& a, const PointSet<Dim, T>& b,
-                            const NeighborCutoff<T>& cutoff)
-{
-    CutoffRule<T> rule{cutoff.value, cutoff.table};
-    rule.sums = !a.radii.empty() || !b.radii.empty();
-    while (rule.types * rule.types < cutoff.table.size())
-        ++rule.types;
-    if (rule.sums + (rule.types != 0) + (cutoff.value != 0) > 1)
-        refuse_search("of cutoff, radii and table only one may be given");
-    if (rule.types == 0 && (!a.types.empty() || !b.types.empty()))
-        refuse_search("there are types, but no table");
-    if (rule.types * rule.types != cutoff.table.size())
-        throw Error(ErrorCode::size_mismatch, "a table of " + std::to_string(cutoff.table.size()) +
-                                                  " cutoffs isn't square; give k * k for k types");
-    check_cutoff(cutoff.value, "the cutoff", Error::no_index);
-    for (std::size_t k = 0; k < cutoff.table.size(); ++k) {
-        check_cutoff(cutoff.table[k], "cutoff " + std::to_string(k) + " of the table", k);
-        const std::size_t mirrored = k % rule.types * rule.types + k / rule.types;
-        if (cutoff.table[k] != cutoff.table[mirrored])
-            refuse_search("cutoff " + std::to_string(k) + " of the table is " + number_text(cutoff.table[k]) +
-                              ", and that of the same types in turn " + number_text(cutoff.table[mirrored]),
-                          k);
-        rule.greatest = std::max(rule.greatest, cutoff.table[k]);
-    }
-    const T radius_a = checked_radii(a, rule), radius_b = checked_radii(b, rule);
-    rule.greatest = rule.sums ? radius_a + radius_b : std::max(rule.greatest, rule.value);
-    const T square = rule.greatest * rule.greatest;
-    const bool nobody = a.points.empty() || b.points.empty();
-    if (!nobody && !(square >= std::numeric_limits<T>::min() && square <= std::numeric_limits<T>::max()))
-        refuse_search("the greatest cutoff is " + number_text(rule.greatest) +
-                      "; it must be above 0, and its square within the range of its type");
-    return rule;
-}
-
-template <int Dim, Coordinate T>
-void check_points(const PointSet<Dim, T>& set)
-{
-    if (set.points.size() > std::numeric_limits<std::uint32_t>::max())
-        throw Error(ErrorCode::too_many_objects, std::to_string(set.points.size()) + " points" +
-                                                     set_text(set.name) + " are more than 2^32 - 1");
-    for (std::size_t i = 0; i < set.points.size(); ++i)
-        for (int d = 0; d < Dim; ++d) {
-            const T x = set.points[i][d];
-            if (std::abs(x) <= std::numeric_limits<T>::max() / 8) continue;
-            throw Error(x != x ? ErrorCode::nan_coordinate : ErrorCode::invalid_argument,
-                        point_text(set.name, i, set.points[i]) +
-                            (x != x
-                                 ? " is NaN; every coordinate must be a number"
-                                 : " is too far away; coordinates reach to an eighth of their type's range"),
-                        i);
-        }
-}
-
-/// How space is divided into cells of a grid: along each axis k a point has the fraction dot(reciprocal_k, x
-/// - origin), in periods if the axis repeats, else in units of length along directions at right angles to
-/// those that do. All of it is in double, with bounds for what rounding can do.
-template <int Dim, Coordinate T>
-struct NeighborGrid
-{
-    using Wide = Vec<Dim, double>;
-    static constexpr double far = sizeof(T) == 4 ? 32768 : 1073741824; // periods
-
-    bool repeats[detail::axes<Dim>];
-    Wide vectors[detail::axes<Dim>], reciprocal[detail::axes<Dim>], origin;
-    double lengths[detail::axes<Dim>], low[detail::axes<Dim>], high[detail::axes<Dim>];
-    double thickness = 1; ///< the volume that unit vectors along the axes span
-    double scale[detail::axes<Dim>];
-    std::int64_t cells[detail::axes<Dim>], reach[detail::axes<Dim>];
-    double rounding = 0; ///< by how much a distance of the definition may differ from the true one
-    T near = 0;          ///< the square within which the test of wrapped points must let pass
-
-    static Wide wide(const Vec<Dim, T>& v)
-    {
-        Wide out;
-        for (int d = 0; d < Dim; ++d)
-            out[d] = static_cast<double>(v[d]);
-        return out;
-    }
-
-    void set_axes(const PeriodicCell<Dim, T>& cell)
-    {
-        int count = 0;
-        Wide along[detail::axes<Dim>], known[detail::axes<Dim>];
-        for (int k = 0; k < Dim; ++k) {
-            repeats[k] = cell.repeats[k];
-            vectors[k] = {};
-            lengths[k] = 1;
-            if (!repeats[k]) continue;
-            vectors[k] = wide(cell.vectors[k]);
-            along[k] = normalized(vectors[k]);
-            lengths[k] = 0;
-            for (int d = 0; d < Dim; ++d)
-                lengths[k] = std::hypot(lengths[k], vectors[k][d]);
-            if (!(lengths[k] > 0 && lengths[k] <= static_cast<double>(std::numeric_limits<T>::max()) / 8))
-                refuse_search("vector " + std::to_string(k) + " of the cell has length " +
-                              number_text(lengths[k]) + "; an axis that repeats needs one with a length");
-            known[count++] = along[k];
-        }
-        for (int k = 0; k < Dim; ++k) // what doesn't repeat lies at right angles to all before
-            if (!repeats[k]) {
-                along[k] = perpendicular(known, count, k);
-                known[count++] = along[k];
-            }
-        double volume;
-        if constexpr (Dim == 3) {
-            volume = dot(along[0], cross(along[1], along[2]));
-        } else {
-            volume = cross(along[0], along[1]);
-        }
-        thickness = std::abs(volume);
-        if (!(thickness > 1e-6))
-            refuse_search("the cell is flat: vectors of length 1 along its axes span " +
-                          number_text(thickness) + "; axes that repeat must point in different directions");
-        if constexpr (Dim == 3) {
-            for (int k = 0; k < 3; ++k)
-                reciprocal[k] = cross(along[(k + 1) % 3], along[(k + 2) % 3]) / volume / lengths[k];
-        } else {
-            reciprocal[0] = Wide{along[1][1], -along[1][0]} / volume / lengths[0];
-            reciprocal[1] = Wide{-along[0][1], along[0][0]} / volume / lengths[1];
-        }
-    }
-    /// A unit vector at right angles to the first `count`; if there are none, along axis k.
-    static Wide perpendicular(const Wide* known, int count, int k)
-    {
-        Wide unit{};
-        if (count == 0) {
-            unit[k] = 1;
-            return unit;
-        }
-        if constexpr (Dim == 3) {
-            if (count == 2) return normalized(cross(known[0], known[1]));
-            int least = 0;
-            for (int d = 1; d < 3; ++d)
-                if (std::abs(known[0][d]) < std::abs(known[0][least])) least = d;
-            unit[least] = 1;
-            return normalized(cross(known[0], unit));
-        } else {
-            return {-known[0][1], known[0][0]};
-        }
-    }
-
-    double fraction(const Vec<Dim, T>& point, int k) const
-    {
-        return dot(reciprocal[k], wide(point) - origin);
-    }
-
-    /// Fits the grid to points, of which each set has some.
-    void fit(const PointSet<Dim, T>& a, const PointSet<Dim, T>& b, double cutoff)
-    {
-        constexpr double infinity = std::numeric_limits<double>::infinity();
-        double spread = 0;
-        for (int d = 0; d < Dim; ++d) {
-            double least = infinity, most = -infinity;
-            for (const auto* set : {&a, &b})
-                for (const Vec<Dim, T>& point : set->points) {
-                    least = std::min(least, static_cast<double>(point[d]));
-                    most = std::max(most, static_cast<double>(point[d]));
-                }
-            origin[d] = least;
-            spread += most - least;
-        }
-        for (int k = 0; k < Dim; ++k) {
-            low[k] = infinity, high[k] = -infinity;
-            for (const auto* set : {&a, &b})
-                for (std::size_t i = 0; i < set->points.size(); ++i) {
-                    const double f = fraction(set->points[i], k);
-                    if (repeats[k] && !(std::abs(f) <= far))
-                        refuse_search(point_text(set->name, i, set->points[i]) + " lies " + number_text(f) +
-                                          " periods along axis " + std::to_string(k) +
-                                          " from the lowest coordinates; at most " + number_text(far) +
-                                          " are allowed, wrap the points",
-                                      i);
-                    low[k] = std::min(low[k], f);
-                    high[k] = std::max(high[k], f);
-                }
-        }
-        divide(cutoff, spread, a.points.size() + b.points.size());
-    }
-
-  private:
-    void divide(double cutoff, double spread, std::size_t points)
-    {
-        const double eps = static_cast<double>(std::numeric_limits<T>::epsilon());
-        double shifted = 0, wrapped = spread;
-        for (int k = 0; k < Dim; ++k)
-            if (repeats[k]) shifted += (high[k] - low[k] + cutoff * length(reciprocal[k]) + 2) * lengths[k];
-        rounding = 16 * eps * (cutoff + shifted);
-        const double within = cutoff + rounding;
-        double reaches[detail::axes<Dim>]; // as fractions
-        for (int k = 0; k < Dim; ++k) {
-            const double error = std::ldexp(1, -46) / (thickness * thickness);
-            reaches[k] =
-                within * length(reciprocal[k]) + 2 * error * (spread / lengths[k] + (repeats[k] ? 1 : 0));
-            if (!repeats[k]) continue;
-            if (!(reaches[k] < static_cast<double>(most_images)))
-                refuse_search("the cutoff reaches over " + number_text(reaches[k]) + " periods along axis " +
-                              std::to_string(k) + ", and it may over " + std::to_string(most_images) +
-                              "; put several periods into one cell");
-            wrapped += (high[k] - low[k] + reaches[k] + 2) * lengths[k];
-        }
-        const double passing = (within + 16 * eps * (wrapped + cutoff)) * (1 + 16 * eps);
-        const double square = passing * passing * (1 + 16 * eps);
-        near = square < static_cast<double>(std::numeric_limits<T>::max())
-                   ? static_cast<T>(square)
-                   : std::numeric_limits<T>::infinity();
-
-        // Cells of about a cutoff's edge; along the last axis, where cells follow each other in memory,
-        // smaller.
-        double size[detail::axes<Dim>], all = 1;
-        for (int k = 0; k < Dim; ++k) {
-            const double finer = k == Dim - 1 ? 4 : 1;
-            scale[k] = finer / reaches[k];
-            size[k] = repeats[k] ? std::max(1.0, std::floor(scale[k]))
-                                 : std::min(std::floor((high[k] - low[k]) * scale[k]) + 1, 1e18);
-            all *= size[k];
-        }
-        const double most = std::min(std::max(64.0, 2 * static_cast<double>(points)), std::ldexp(1, 31));
-        while (all > most) { // sparse: no more cells than that
-            int longest = 0;
-            for (int k = 1; k < Dim; ++k)
-                if (size[k] > size[longest]) longest = k;
-            scale[longest] /= 2;
-            size[longest] = std::max(1.0, std::floor(size[longest] / 2));
-            all = 1;
-            for (int k = 0; k < Dim; ++k)
-                all *= size[k];
-        }
-        for (int k = 0; k < Dim; ++k) {
-            cells[k] = static_cast<std::int64_t>(size[k]);
-            if (repeats[k]) scale[k] = size[k];
-            reach[k] = static_cast<std::int64_t>(std::min(std::ceil(reaches[k] * scale[k]), 1e15));
-        }
-    }
-};
-
-/// A point where the grid has it.
-template <int Dim, Coordinate T>
-struct GridPoint
-{
-    Vec<Dim, T> at;
-    T radius;
-    std::uint32_t type, index;
-    Periods<Dim> wrapped; ///< by how many periods it lies outside of the cell
-};
-
-/// Points in the order of the grid's cells, and where each cell's begin.
-template <int Dim, Coordinate T>
-struct GridPoints
-{
-    explicit GridPoints(std::pmr::memory_resource* memory)
-        : points(memory), cell(memory), starts(memory), periods(memory), x(memory), y(memory), z(memory)
-    {
-    }
-
-    Buffer<GridPoint<Dim, T>> points;
-    Buffer<std::uint32_t> cell, starts;
-    Buffer<Periods<Dim>> periods; ///< GridPoint::wrapped, by index
-    Buffer<T> x, y, z;            ///< the points, wrapped
-
-    T* axis(int d) { return (d == 0 ? x : d == 1 ? y : z).data(); }
-
-    void fill(const PointSet<Dim, T>& set, const NeighborGrid<Dim, T>& grid)
-    {
-        const std::size_t n = set.points.size();
-        std::size_t cells = 1;
-        for (int k = 0; k < Dim; ++k)
-            cells *= static_cast<std::size_t>(grid.cells[k]);
-        points.reserve(n), cell.reserve(n), periods.reserve(n), x.reserve(n), y.reserve(n);
-        if (Dim == 3) z.reserve(n);
-        starts.reserve(cells + 2);
-        std::fill_n(starts.data(), cells + 2, 0u);
-        for (std::size_t i = 0; i < n; ++i) {
-            std::int64_t number = 0;
-            for (int k = 0; k < Dim; ++k) {
-                double f = grid.fraction(set.points[i], k);
-                std::int32_t& whole = periods[i][static_cast<std::size_t>(k)];
-                whole = 0;
-                if (grid.repeats[k]) {
-                    const double floor = std::floor(f);
-                    whole = static_cast<std::int32_t>(floor);
-                    f -= floor;
-                } else {
-                    f -= grid.low[k];
-                }
-                const double last = static_cast<double>(grid.cells[k] - 1);
-                number = number * grid.cells[k] +
-                         static_cast<std::int64_t>(std::clamp(f * grid.scale[k], 0.0, last));
-            }
-            cell[i] = static_cast<std::uint32_t>(number);
-            ++starts[static_cast<std::size_t>(number) + 2];
-        }
-        for (std::size_t c = 2; c < cells + 2; ++c)
-            starts[c] += starts[c - 1];
-        for (std::size_t i = 0; i < n; ++i) { // starts[c + 1] goes from where c begins to where it ends
-            const std::size_t to = starts[std::size_t{cell[i]} + 1]++;
-            points[to] = {set.points[i], set.radii.empty() ? T(0) : set.radii[i],
-                          set.types.empty() ? 0 : set.types[i], static_cast<std::uint32_t>(i), periods[i]};
-            Vec<Dim, double> at = grid.wide(set.points[i]) - grid.origin;
-            for (int k = 0; k < Dim; ++k)
-                at -= grid.vectors[k] * static_cast<double>(periods[i][static_cast<std::size_t>(k)]);
-            for (int d = 0; d < Dim; ++d)
-                axis(d)[to] = static_cast<T>(at[d]);
-        }
-    }
-    void release()
-    {
-        points.release(), cell.release(), starts.release(), periods.release();
-        x.release(), y.release(), z.release();
-    }
-};
+constexpr std::int64_t image_bias = 1 << (image_bits - 1);
+static_assert(most_images + 2 < image_bias);
 
 /// Points of the grid that follow each other in memory, all shifted in the same way.
 template <int Dim, Coordinate T>
@@ -503,22 +77,23 @@ struct StoredNeighbors
 };
 
 } // namespace
+} // namespace neighbors
 
 template <int Dim, Coordinate T>
 struct NeighborFinder<Dim, T>::Implementation
 {
-    using Set = PointSet<Dim, T>;
+    using Set = neighbors::PointSet<Dim, T>;
 
     struct Scratch
     {
         explicit Scratch(std::pmr::memory_resource* memory) : runs(memory) {}
-        std::pmr::vector<ImageRun<Dim, T>> runs;
+        std::pmr::vector<neighbors::ImageRun<Dim, T>> runs;
     };
     struct Request
     {
         Set a, b;
         bool two_sets;
-        CutoffRule<T> rule;
+        neighbors::CutoffRule<T> rule;
         Cell cell;
         NeighborOptions options;
     };
@@ -542,13 +117,13 @@ struct NeighborFinder<Dim, T>::Implementation
 
     FinderOptions options;
     std::atomic<bool> in_use{false};
-    NeighborGrid<Dim, T> grid;
-    GridPoints<Dim, T> grid_a, grid_b;                        ///< one set has the first alone
+    neighbors::NeighborGrid<Dim, T> grid;
+    neighbors::GridPoints<Dim, T> grid_a, grid_b;             ///< one set has the first alone
     std::pmr::vector<Scratch> scratch;                        ///< of each task
     std::pmr::vector<std::pmr::vector<std::uint64_t>> blocks; ///< what each block of rows found
     Buffer<std::uint64_t> counts;                             ///< of each row
     std::size_t most_runs = 0;                                ///< what each Scratch has room for
-    StoredNeighbors<Dim, T> result, kept;
+    neighbors::StoredNeighbors<Dim, T> result, kept;
     NeighborList<Dim, T> list;
 
     // What is kept is for these.
@@ -562,45 +137,30 @@ struct NeighborFinder<Dim, T>::Implementation
     std::pmr::vector<std::uint32_t> kept_types;
     std::pmr::vector<T> kept_table;
 
-    /// Calls work(scratch, block, begin, end) for each block of n rows. What it throws leaves the call.
-    template <class Work>
-    void each_block(std::size_t n, const Work& work)
+    /// Calls body(scratch, block, begin, end) for each block of n rows.
+    template <class Body>
+    void each_block(std::size_t n, const Body& body)
     {
-        const std::size_t count = (n + rows_per_block - 1) / rows_per_block;
-        Executor& executor = options.executor != nullptr ? *options.executor : default_executor();
-        const auto tasks =
-            count < 4 ? 1 : static_cast<std::uint32_t>(std::min<std::size_t>(executor.concurrency(), count));
-        while (scratch.size() < tasks)
+        const bool few = n <= 3 * neighbors::rows_per_block;
+        const ProcessOptions by{few ? &serial_executor() : options.executor, neighbors::rows_per_block};
+        const WorkPlan plan = plan_work(n, by);
+        while (scratch.size() < plan.slots)
             scratch.emplace_back(options.memory);
-        while (blocks.size() < count)
+        while (blocks.size() < plan.blocks)
             blocks.emplace_back();
         for (Scratch& each : scratch)
             each.runs.reserve(most_runs);
-        std::atomic<std::size_t> next{0};
-        std::exception_ptr thrown;
-        std::mutex mutex;
-        const auto task = [&](std::uint32_t number) {
-            const ExactFloats exact;
-            try {
-                for (std::size_t block; (block = next.fetch_add(1, std::memory_order_relaxed)) < count;)
-                    work(scratch[number], block, block * rows_per_block,
-                         std::min(n, (block + 1) * rows_per_block));
-            } catch (...) { // for want of memory alone
-                next.store(count, std::memory_order_relaxed);
-                const std::lock_guard lock(mutex);
-                thrown = std::current_exception();
-            }
+        const auto run_block = [&](std::uint64_t begin, std::uint64_t end, Work work) {
+            const ExactFloats exact; // on this thread
+            body(scratch[work.slot], work.block, static_cast<std::size_t>(begin),
+                 static_cast<std::size_t>(end));
         };
-        if (tasks == 1) {
-            task(0);
-        } else {
-            run_tasks(executor, tasks, task);
-        }
-        if (thrown) std::rethrow_exception(thrown);
+        process_items(n, run_block, by);
     }
 
     /// Where the images of b's points lie that points of this cell of the grid can reach.
-    void list_runs(std::uint32_t number, GridPoints<Dim, T>& b, std::pmr::vector<ImageRun<Dim, T>>& runs)
+    void list_runs(std::uint32_t number, neighbors::GridPoints<Dim, T>& b,
+                   std::pmr::vector<neighbors::ImageRun<Dim, T>>& runs)
     {
         std::int64_t at[detail::axes<Dim>], other[detail::axes<Dim>];
         std::int64_t rest = number;
@@ -609,7 +169,7 @@ struct NeighborFinder<Dim, T>::Implementation
             rest /= grid.cells[k];
         }
         runs.clear();
-        Periods<Dim> image{};
+        neighbors::Periods<Dim> image{};
         const auto along = [&](const auto& self, int k) -> void {
             std::int64_t first = at[k] - grid.reach[k], last = at[k] + grid.reach[k];
             if (!grid.repeats[k])
@@ -641,19 +201,19 @@ struct NeighborFinder<Dim, T>::Implementation
     }
 
     /// Appends the keys of the neighbours of a's point `row`, sorted.
-    void find_row(const Request& request, const GridPoint<Dim, T>& from, std::size_t row,
-                  const std::pmr::vector<ImageRun<Dim, T>>& runs, GridPoints<Dim, T>& b,
+    void find_row(const Request& request, const neighbors::GridPoint<Dim, T>& from, std::size_t row,
+                  const std::pmr::vector<neighbors::ImageRun<Dim, T>>& runs, neighbors::GridPoints<Dim, T>& b,
                   std::pmr::vector<std::uint64_t>& out)
     {
         constexpr std::size_t at_once = 64;
         const T skin = static_cast<T>(request.options.skin);
-        const std::uint64_t itself = neighbor_key<Dim>(from.index, {});
+        const std::uint64_t itself = neighbors::neighbor_key<Dim>(from.index, {});
         const std::size_t before = out.size();
         const T* const axes[] = {b.x.data(), b.y.data(), b.z.data()};
         T here[detail::axes<Dim>];
         for (int d = 0; d < Dim; ++d)
             here[d] = grid_a.axis(d)[row];
-        for (const ImageRun<Dim, T>& run : runs) {
+        for (const neighbors::ImageRun<Dim, T>& run : runs) {
             T to[detail::axes<Dim>];
             for (int d = 0; d < Dim; ++d)
                 to[d] = here[d] - run.by[d];
@@ -675,12 +235,12 @@ struct NeighborFinder<Dim, T>::Implementation
                     count += squares[k] <= grid.near;
                 }
                 for (std::size_t k = 0; k < count; ++k) {
-                    const GridPoint<Dim, T>& other = b.points[begin + hits[k]];
-                    const std::uint64_t key = neighbor_key<Dim>(other.index, run.image);
+                    const neighbors::GridPoint<Dim, T>& other = b.points[begin + hits[k]];
+                    const std::uint64_t key = neighbors::neighbor_key<Dim>(other.index, run.image);
                     if (!request.two_sets && (request.options.half ? key <= itself : key == itself)) continue;
                     const T cutoff = request.rule(from.radius, from.type, other.radius, other.type);
                     const T most = cutoff + skin;
-                    const Vec<Dim, T> apart = vector_between(
+                    const Vec<Dim, T> apart = neighbors::vector_between(
                         from.at, other.at, shift_of(run.image, from.wrapped, other.wrapped), request.cell);
                     if (cutoff > 0 && dot(apart, apart) <= most * most) out.push_back(key);
                 }
@@ -688,7 +248,9 @@ struct NeighborFinder<Dim, T>::Implementation
         }
         std::sort(out.begin() + static_cast<std::ptrdiff_t>(before), out.end());
     }
-    static Periods<Dim> shift_of(Periods<Dim> image, const Periods<Dim>& from, const Periods<Dim>& to)
+    static neighbors::Periods<Dim> shift_of(neighbors::Periods<Dim> image,
+                                            const neighbors::Periods<Dim>& from,
+                                            const neighbors::Periods<Dim>& to)
     {
         for (std::size_t k = 0; k < detail::axes<Dim>; ++k)
             image[k] += from[k] - to[k];
@@ -698,7 +260,7 @@ struct NeighborFinder<Dim, T>::Implementation
     /// Writes what blocks have found: row_of(s) is the row of their s-th, and decode(row, found) the
     /// neighbour and its shift.
     template <class RowOf, class Decode>
-    void store(const Request& request, const NeighborOptions& what, StoredNeighbors<Dim, T>& into,
+    void store(const Request& request, const NeighborOptions& what, neighbors::StoredNeighbors<Dim, T>& into,
                const RowOf& row_of, const Decode& decode)
     {
         const std::size_t n = request.a.points.size();
@@ -721,8 +283,8 @@ struct NeighborFinder<Dim, T>::Implementation
                     into.neighbors[k] = neighbor;
                     into.shifts[k] = shift;
                     if (!what.vectors && !what.distances) continue;
-                    const Vec<Dim, T> apart = vector_between(request.a.points[row],
-                                                             request.b.points[neighbor], shift, request.cell);
+                    const Vec<Dim, T> apart = neighbors::vector_between(
+                        request.a.points[row], request.b.points[neighbor], shift, request.cell);
                     if (what.vectors) into.vectors[k] = apart;
                     if (what.distances) into.distances[k] = length(apart);
                 }
@@ -730,7 +292,7 @@ struct NeighborFinder<Dim, T>::Implementation
         });
     }
 
-    void search(const Request& request, const NeighborOptions& what, StoredNeighbors<Dim, T>& into)
+    void search(const Request& request, const NeighborOptions& what, neighbors::StoredNeighbors<Dim, T>& into)
     {
         const std::size_t n = request.a.points.size();
         counts.reserve(n);
@@ -740,7 +302,7 @@ struct NeighborFinder<Dim, T>::Implementation
                 request, what, into, [](std::size_t s) { return s; },
                 [](std::size_t, std::uint64_t) { return Neighbor{}; });
         }
-        GridPoints<Dim, T>& b = request.two_sets ? grid_b : grid_a;
+        neighbors::GridPoints<Dim, T>& b = request.two_sets ? grid_b : grid_a;
         grid_a.fill(request.a, grid);
         if (request.two_sets) grid_b.fill(request.b, grid);
         double runs = 1; // at most, unless they are very many: which task has the most is chance
@@ -754,7 +316,7 @@ struct NeighborFinder<Dim, T>::Implementation
             found.clear();
             std::uint64_t cell = ~std::uint64_t{0};
             for (std::size_t s = begin; s < end; ++s) {
-                const GridPoint<Dim, T>& from = grid_a.points[s];
+                const neighbors::GridPoint<Dim, T>& from = grid_a.points[s];
                 if (grid_a.cell[from.index] != cell) list_runs(grid_a.cell[from.index], b, own.runs);
                 cell = grid_a.cell[from.index];
                 const std::size_t before = found.size();
@@ -766,14 +328,14 @@ struct NeighborFinder<Dim, T>::Implementation
             request, what, into, [&](std::size_t s) { return grid_a.points[s].index; },
             [&](std::size_t row, std::uint64_t key) {
                 const auto neighbor = static_cast<std::uint32_t>(key >> 32);
-                return Neighbor{neighbor,
-                                shift_of(image_of<Dim>(key), grid_a.periods[row], b.periods[neighbor])};
+                return Neighbor{neighbor, shift_of(neighbors::image_of<Dim>(key), grid_a.periods[row],
+                                                   b.periods[neighbor])};
             });
     }
     struct Neighbor
     {
         std::uint32_t index;
-        Periods<Dim> shift;
+        neighbors::Periods<Dim> shift;
     };
 
     /// Chooses from what is kept.
@@ -792,8 +354,8 @@ struct NeighborFinder<Dim, T>::Implementation
                 const std::size_t before = found.size();
                 for (std::uint64_t k = kept.offsets[i]; k < kept.offsets[i + 1]; ++k) {
                     const std::uint32_t j = kept.neighbors[k];
-                    const Vec<Dim, T> apart = vector_between(request.a.points[i], request.b.points[j],
-                                                             kept.shifts[k], request.cell);
+                    const Vec<Dim, T> apart = neighbors::vector_between(
+                        request.a.points[i], request.b.points[j], kept.shifts[k], request.cell);
                     const T cutoff = request.rule(of(request.a.radii, i), of(request.a.types, i),
                                                   of(request.b.radii, j), of(request.b.types, j));
                     if (dot(apart, apart) <= cutoff * cutoff) found.push_back(k);
@@ -872,17 +434,18 @@ struct NeighborFinder<Dim, T>::Implementation
         const InUse use(in_use, "NeighborFinder");
         const ExactFloats exact;
         if (!(what.skin >= 0 && what.skin <= static_cast<double>(std::numeric_limits<T>::max())))
-            refuse_search("the skin is " + number_text(what.skin) + "; give a length, or 0");
+            neighbors::refuse_search("the skin is " + number_text(what.skin) + "; give a length, or 0");
         if (two_sets && what.half)
-            refuse_search("half lists are for one set: of two sets each pair comes once already");
-        check_points(a);
-        if (two_sets) check_points(b);
-        Request request{a, b, two_sets, check_cutoffs(a, b, cutoff), cell, what};
+            neighbors::refuse_search("half lists are for one set: of two sets each pair comes once already");
+        neighbors::check_points(a);
+        if (two_sets) neighbors::check_points(b);
+        Request request{a, b, two_sets, neighbors::check_cutoffs(a, b, cutoff), cell, what};
         const T most = request.rule.greatest + static_cast<T>(what.skin);
         if (!(most * most <= std::numeric_limits<T>::max()))
-            refuse_search("the skin is " + number_text(what.skin) + ": its sum with the cutoff is too great");
+            neighbors::refuse_search("the skin is " + number_text(what.skin) +
+                                     ": its sum with the cutoff is too great");
         const bool somebody = !a.points.empty() && !b.points.empty();
-        NeighborGrid<Dim, T> fresh;
+        neighbors::NeighborGrid<Dim, T> fresh;
         fresh.set_axes(cell);
         const bool holds = what.skin > 0 && still_holds(request);
         if (!holds && somebody) fresh.fit(a, b, static_cast<double>(most));
@@ -934,8 +497,8 @@ const NeighborList<Dim, T>& NeighborFinder<Dim, T>::find(Points points, const Ne
                                                          const Cell& cell, const NeighborOptions& options)
 {
     if (!cutoff.radii_b.empty() || !cutoff.types_b.empty())
-        refuse_search("there are radii or types of a second set, and there is one set");
-    const PointSet<Dim, T> set{points, cutoff.radii, cutoff.types, ""};
+        neighbors::refuse_search("there are radii or types of a second set, and there is one set");
+    const neighbors::PointSet<Dim, T> set{points, cutoff.radii, cutoff.types, ""};
     return implementation_->find(set, set, false, cutoff, cell, options);
 }
 

@@ -6,7 +6,6 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
-#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,6 +14,7 @@
 #include "base/checks.hpp"
 #include "base/exact_floats.hpp"
 #include "base/in_use.hpp"
+#include "base/number_text.hpp"
 #include "base/run_tasks.hpp"
 #include "pairs/filters.hpp"
 
@@ -96,16 +96,6 @@ struct Survey
     bool walls = false; ///< some box is infinite along a periodic axis
 };
 
-template <Coordinate T>
-std::string text(T number)
-{
-    std::ostringstream out;
-    out.imbue(std::locale::classic());
-    out.precision(std::numeric_limits<T>::max_digits10);
-    out << number;
-    return out.str();
-}
-
 template <int Dim, Coordinate T>
 bool too_long(const Aabb<Dim, T>& box, const Vec<Dim, T>& period, int d)
 {
@@ -120,10 +110,10 @@ template <int Dim, Coordinate T>
     for (int d = 0; d < Dim; ++d)
         if (too_long(box, period, d))
             throw Error(ErrorCode::invalid_argument,
-                        "box " + std::to_string(i) + " reaches from " + text(box.lo[d]) + " to " +
-                            text(box.hi[d]) + " on " + axis_names[d] +
+                        "box " + std::to_string(i) + " reaches from " + number_text(box.lo[d]) + " to " +
+                            number_text(box.hi[d]) + " on " + axis_names[d] +
                             ", and it must be shorter than half of the period there, which is " +
-                            text(period[d]) + "; split it, or make it infinite both ways",
+                            number_text(period[d]) + "; split it, or make it infinite both ways",
                         i);
     throw Error(ErrorCode::invalid_argument, "box " + std::to_string(i) + " changed while it was read", i);
 }
@@ -196,7 +186,8 @@ struct PeriodicImages<Dim, T>::Implementation
         for (int d = 0; d < Dim; ++d)
             if (!(period[d] >= 0 && period[d] <= std::numeric_limits<T>::max()))
                 throw Error(ErrorCode::invalid_argument,
-                            std::string("the period along ") + axis_names[d] + " is " + text(period[d]) +
+                            std::string("the period along ") + axis_names[d] + " is " +
+                                number_text(period[d]) +
                                 "; give a length, or 0 where space doesn't repeat itself");
         const std::size_t n = given.size();
         if (n > std::numeric_limits<std::uint32_t>::max())
@@ -331,9 +322,9 @@ struct PeriodicImages<Dim, T>::Implementation
                 if (!infinite_both_ways(given.lo(d, i), given.hi(d, i)) && too_far(given.hi(d, i)))
                     throw Error(
                         ErrorCode::invalid_argument,
-                        "box " + std::to_string(i) + " reaches up to " + text(given.hi(d, i)) + " on " +
-                            axis_names[d] + ", and the lowest box down to " + text(all.lo[d]) +
-                            ": that is two periods of " + text(period[d]) +
+                        "box " + std::to_string(i) + " reaches up to " + number_text(given.hi(d, i)) +
+                            " on " + axis_names[d] + ", and the lowest box down to " +
+                            number_text(all.lo[d]) + ": that is two periods of " + number_text(period[d]) +
                             " or more; shift boxes by whole periods until their centres lie within one",
                         i);
         }

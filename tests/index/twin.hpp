@@ -500,6 +500,9 @@ class Twin
         std::uint64_t results = 0;
         ResultLists<Hit<T>> lists;
         index.nearest(std::span<const Question>(questions), lists, filter);
+        std::vector<Hit<T>> first(questions.size());
+        index.nearest(questions, first, filter);
+        ASSERT_OR_RETURN(lists.offsets().size() == questions.size() + 1);
         for (std::size_t q = 0; q < questions.size(); ++q) {
             const Question& question = questions[q];
             std::vector<Hit<T>> expected, got;
@@ -515,7 +518,11 @@ class Twin
             ASSERT_OR_RETURN(got == expected);
             ASSERT_OR_RETURN(compare_visits(question, expected, filter));
             ASSERT_OR_RETURN(std::equal(lists[q].begin(), lists[q].end(), expected.begin(), expected.end()));
+            ASSERT_OR_RETURN(lists.items().data() + lists.offsets()[q] == lists[q].data());
+            ASSERT_OR_RETURN(first[q] == (expected.empty() ? Hit<T>() : expected.front()));
+            ASSERT_OR_RETURN(index.nearest(question, filter).value_or(Hit<T>()) == first[q]);
         }
+        ASSERT_OR_RETURN(lists.offsets().back() == lists.items().size());
         return results;
     }
     std::uint64_t compare_join(const std::vector<Box>& movers)

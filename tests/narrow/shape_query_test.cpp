@@ -292,6 +292,10 @@ void nearest_equals_a_loop(std::uint64_t seed)
             if (any) {
                 ASSERT_EQ(two[0].id, best.id);
             }
+            question.count = 0;
+            ASSERT_FALSE(scene.world.nearest(question, {scene.shapes, scene.poses}));
+            scene.world.nearest(question, {scene.shapes, scene.poses}, two);
+            ASSERT_TRUE(two.empty());
             (!any ? none : best.distance > 0 ? apart : overlapping) += 1;
             if (!any) continue;
             ASSERT_EQ(answer->distance, best.distance);
@@ -438,7 +442,9 @@ void touched_equals_a_loop(Random& random, const Scene<Dim, T>& scene, const Ask
         ASSERT_TRUE(asked.visit(question, objects, [&](Id id) { return given.push_back(id), true; }));
         std::sort(given.begin(), given.end());
         ASSERT_EQ(given, expected);
-        ASSERT_EQ(asked.visit(question, objects, [](Id) { return false; }), expected.empty());
+        std::size_t calls = 0;
+        ASSERT_EQ(asked.visit(question, objects, [&](Id) { return ++calls, false; }), expected.empty());
+        ASSERT_EQ(calls, expected.empty() ? 0u : 1u) << "none after it has said stop";
         ASSERT_EQ(any[k] != 0, !expected.empty());
         ASSERT_EQ(counts[k], expected.size());
         ASSERT_EQ(lists.more(k), expected.size() > 2);

@@ -45,6 +45,11 @@ std::uint64_t use_headers(const std::vector<jostle::Aabb3f>& boxes)
     jostle::ContactFinder3f contacts;
     const std::vector<jostle::Shape3> shapes;
     const std::vector<jostle::Pose3f> poses;
+    // Queries in braces, with filters in braces, and of shapes.
+    const jostle::Vec3f eye{};
+    sum += index.first({eye, eye}) && world.first({eye, eye}, {.mask = 1}) && index.nearest({eye}) &&
+           world.any({eye, eye}) && world.first({eye, eye}, {shapes, poses}, {.mask = 1});
+    world.visit(ray, {shapes, poses}, [](const auto& hit, float&) { return hit.part == 0; });
     jostle::process_contacts(contacts.find({shapes, poses}, pairs), [](const jostle::Contact<3, float>&) {});
     return sum;
 }

@@ -361,6 +361,8 @@ class Questions
         bool good = true;
         jostle::ResultLists<Hit<T, ObjectId>> lists;
         world_.nearest(std::span<const Question>(questions), lists, filter_);
+        std::vector<Hit<T, ObjectId>> first(questions.size());
+        world_.nearest(questions, first, filter_);
         for (std::size_t i = 0; i < questions.size(); ++i) {
             const T limit = questions[i].max_distance * questions[i].max_distance;
             std::vector<Hit<T, ObjectId>> expected;
@@ -375,6 +377,8 @@ class Questions
             good &= found == expected && visited(questions[i], expected);
             found.assign(lists[i].begin(), lists[i].end());
             good &= found == expected;
+            good &= first[i] == (expected.empty() ? Hit<T, ObjectId>() : expected.front());
+            good &= world_.nearest(questions[i], filter_).value_or(Hit<T, ObjectId>()) == first[i];
         }
         if (!good) wrong += " nearest";
     }

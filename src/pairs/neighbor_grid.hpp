@@ -1,0 +1,439 @@
+// SPDX-License-Identifier: MIT
+// What a NeighborFinder searches: sets of points and their cutoffs, checked, in the cells of a grid along the
+// reciprocal axes of the space that repeats.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <memory_resource>
+#include <span>
+#include <string>
+
+#include "base/buffer.hpp"
+#include "base/number_text.hpp"
+#include "jostle/error.hpp"
+#include "jostle/neighbors.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace neighbors {
+
+/// A cutoff may reach over so many periods; their numbers have room in the key of a neighbour.
+constexpr std::int64_t most_images = 500;
+
+template <int Dim>
+using Periods = std::array<std::int32_t, detail::axes<Dim>>;
+
+template <int Dim, class T>
+std::string point_text(const char* set, std::size_t i, const Vec<Dim, T>& point)
+{
+    std::string text = std::string("point ") + set + std::to_string(i) + ", (";
+    for (int d = 0; d < Dim; ++d)
+        text += (d == 0 ? "" : ", ") + number_text(point[d]);
+    return text + ")";
+}
+
+/// How errors name a set as a whole: nothing where there is one.
+inline std::string set_text(const char* set)
+{
+    return *set == 0 ? std::string() : std::string(" of ") + *set;
+}
+
+[[noreturn]] inline void refuse_search(const std::string& message, std::uint64_t index = Error::no_index)
+{
+    throw Error(ErrorCode::invalid_argument, message, index);
+}
+
+/// The vector of the definition.
+template <int Dim, class T>
+Vec<Dim, T> vector_between(const Vec<Dim, T>& from, const Vec<Dim, T>& to, const Periods<Dim>& shift,
+                           const PeriodicCell<Dim, T>& cell)
+{
+    Vec<Dim, T> sum{};
+    bool first = true;
+    for (int k = 0; k < Dim; ++k) {
+        if (!cell.repeats[k]) continue;
+        const Vec<Dim, T> term = cell.vectors[k] * static_cast<T>(shift[static_cast<std::size_t>(k)]);
+        sum = first ? term : sum + term;
+        first = false;
+    }
+    const Vec<Dim, T> apart = to - from;
+    return first ? apart : apart + sum;
+}
+
+/// One set as a call sees it.
+template <int Dim, class T>
+struct PointSet
+{
+    std::span<const Vec<Dim, T>> points;
+    std::span<const T> radii;
+    std::span<const std::uint32_t> types;
+    const char* name; ///< in errors
+};
+
+/// Where a call's cutoffs come from.
+template <class T>
+struct CutoffRule
+{
+    T value;
+    std::span<const T> table;
+    std::size_t types = 0;
+    bool sums = false;
+    T greatest = 0;
+
+    T operator()(T radius_a, std::uint32_t type_a, T radius_b, std::uint32_t type_b) const
+    {
+        return sums ? radius_a + radius_b : types != 0 ? table[type_a * types + type_b] : value;
+    }
+};
+
+template <class T>
+void check_cutoff(T value, const std::string& what, std::uint64_t index)
+{
+    if (!(value >= 0 && value <= std::numeric_limits<T>::max()))
+        refuse_search(what + " is " + number_text(value) + "; give a length", index);
+}
+
+/// Adds what a set has to the rule, or throws.
+template <int Dim, class T>
+T checked_radii(const PointSet<Dim, T>& set, const CutoffRule<T>& rule)
+{
+    const auto lengths = [&](std::size_t size, const char* what) {
+        if (size != set.points.size())
+            throw Error(ErrorCode::size_mismatch, "there are " + std::to_string(size) + " " + what + " for " +
+                                                      std::to_string(set.points.size()) + " points" +
+                                                      set_text(set.name) + "; give one for each");
+    };
+    T greatest = 0;
+    if (rule.sums) lengths(set.radii.size(), "radii");
+    for (std::size_t i = 0; rule.sums && i < set.radii.size(); ++i) {
+        check_cutoff(set.radii[i], std::string("the radius of point ") + set.name + std::to_string(i), i);
+        greatest = std::max(greatest, set.radii[i]);
+    }
+    if (rule.types != 0) lengths(set.types.size(), "types");
+    for (std::size_t i = 0; rule.types != 0 && i < set.types.size(); ++i)
+        if (set.types[i] >= rule.types)
+            refuse_search(std::string("point ") + set.name + std::to_string(i) + " is of type " +
+                              std::to_string(set.types[i]) + ", and the table has " +
+                              std::to_string(rule.types) + " types",
+                          i);
+    return greatest;
+}
+
+template <int Dim, class T>
+CutoffRule<T> check_cutoffs(const PointSet<Dim, T>& a, const PointSet<Dim, T>& b,
+                            const NeighborCutoff<T>& cutoff)
+{
+    CutoffRule<T> rule{cutoff.value, cutoff.table};
+    rule.sums = !a.radii.empty() || !b.radii.empty();
+    while (rule.types * rule.types < cutoff.table.size())
+        ++rule.types;
+    if (rule.sums + (rule.types != 0) + (cutoff.value != 0) > 1)
+        refuse_search("of cutoff, radii and table only one may be given");
+    if (rule.types == 0 && (!a.types.empty() || !b.types.empty()))
+        refuse_search("there are types, but no table");
+    if (rule.types * rule.types != cutoff.table.size())
+        throw Error(ErrorCode::size_mismatch, "a table of " + std::to_string(cutoff.table.size()) +
+                                                  " cutoffs isn't square; give k * k for k types");
+    check_cutoff(cutoff.value, "the cutoff", Error::no_index);
+    for (std::size_t k = 0; k < cutoff.table.size(); ++k) {
+        check_cutoff(cutoff.table[k], "cutoff " + std::to_string(k) + " of the table", k);
+        const std::size_t mirrored = k % rule.types * rule.types + k / rule.types;
+        if (cutoff.table[k] != cutoff.table[mirrored])
+            refuse_search("cutoff " + std::to_string(k) + " of the table is " + number_text(cutoff.table[k]) +
+                              ", and that of the same types in turn " + number_text(cutoff.table[mirrored]),
+                          k);
+        rule.greatest = std::max(rule.greatest, cutoff.table[k]);
+    }
+    const T radius_a = checked_radii(a, rule), radius_b = checked_radii(b, rule);
+    rule.greatest = rule.sums ? radius_a + radius_b : std::max(rule.greatest, rule.value);
+    const T square = rule.greatest * rule.greatest;
+    const bool nobody = a.points.empty() || b.points.empty();
+    if (!nobody && !(square >= std::numeric_limits<T>::min() && square <= std::numeric_limits<T>::max()))
+        refuse_search("the greatest cutoff is " + number_text(rule.greatest) +
+                      "; it must be above 0, and its square within the range of its type");
+    return rule;
+}
+
+template <int Dim, class T>
+void check_points(const PointSet<Dim, T>& set)
+{
+    if (set.points.size() > std::numeric_limits<std::uint32_t>::max())
+        throw Error(ErrorCode::too_many_objects, std::to_string(set.points.size()) + " points" +
+                                                     set_text(set.name) + " are more than 2^32 - 1");
+    for (std::size_t i = 0; i < set.points.size(); ++i)
+        for (int d = 0; d < Dim; ++d) {
+            const T x = set.points[i][d];
+            if (std::abs(x) <= std::numeric_limits<T>::max() / 8) continue;
+            throw Error(x != x ? ErrorCode::nan_coordinate : ErrorCode::invalid_argument,
+                        point_text(set.name, i, set.points[i]) +
+                            (x != x
+                                 ? " is NaN; every coordinate must be a number"
+                                 : " is too far away; coordinates reach to an eighth of their type's range"),
+                        i);
+        }
+}
+
+/// How space is divided into cells of a grid: along each axis k a point has the fraction dot(reciprocal_k, x
+/// - origin), in periods if the axis repeats, else in units of length along directions at right angles to
+/// those that do. All of it is in double, with bounds for what rounding can do.
+template <int Dim, class T>
+struct NeighborGrid
+{
+    using Wide = Vec<Dim, double>;
+    static constexpr double far = sizeof(T) == 4 ? 32768 : 1073741824; // periods
+
+    bool repeats[detail::axes<Dim>];
+    Wide vectors[detail::axes<Dim>], reciprocal[detail::axes<Dim>], origin;
+    double lengths[detail::axes<Dim>], low[detail::axes<Dim>], high[detail::axes<Dim>];
+    double thickness = 1; ///< the volume that unit vectors along the axes span
+    double scale[detail::axes<Dim>];
+    std::int64_t cells[detail::axes<Dim>], reach[detail::axes<Dim>];
+    double rounding = 0; ///< by how much a distance of the definition may differ from the true one
+    T near = 0;          ///< the square within which the test of wrapped points must let pass
+
+    static Wide wide(const Vec<Dim, T>& v)
+    {
+        Wide out;
+        for (int d = 0; d < Dim; ++d)
+            out[d] = static_cast<double>(v[d]);
+        return out;
+    }
+
+    void set_axes(const PeriodicCell<Dim, T>& cell)
+    {
+        int count = 0;
+        Wide along[detail::axes<Dim>], known[detail::axes<Dim>];
+        for (int k = 0; k < Dim; ++k) {
+            repeats[k] = cell.repeats[k];
+            vectors[k] = {};
+            lengths[k] = 1;
+            if (!repeats[k]) continue;
+            vectors[k] = wide(cell.vectors[k]);
+            along[k] = normalized(vectors[k]);
+            lengths[k] = 0;
+            for (int d = 0; d < Dim; ++d)
+                lengths[k] = std::hypot(lengths[k], vectors[k][d]);
+            if (!(lengths[k] > 0 && lengths[k] <= static_cast<double>(std::numeric_limits<T>::max()) / 8))
+                refuse_search("vector " + std::to_string(k) + " of the cell has length " +
+                              number_text(lengths[k]) + "; an axis that repeats needs one with a length");
+            known[count++] = along[k];
+        }
+        for (int k = 0; k < Dim; ++k) // what doesn't repeat lies at right angles to all before
+            if (!repeats[k]) {
+                along[k] = perpendicular(known, count, k);
+                known[count++] = along[k];
+            }
+        double volume;
+        if constexpr (Dim == 3) {
+            volume = dot(along[0], cross(along[1], along[2]));
+        } else {
+            volume = cross(along[0], along[1]);
+        }
+        thickness = std::abs(volume);
+        if (!(thickness > 1e-6))
+            refuse_search("the cell is flat: vectors of length 1 along its axes span " +
+                          number_text(thickness) + "; axes that repeat must point in different directions");
+        if constexpr (Dim == 3) {
+            for (int k = 0; k < 3; ++k)
+                reciprocal[k] = cross(along[(k + 1) % 3], along[(k + 2) % 3]) / volume / lengths[k];
+        } else {
+            reciprocal[0] = Wide{along[1][1], -along[1][0]} / volume / lengths[0];
+            reciprocal[1] = Wide{-along[0][1], along[0][0]} / volume / lengths[1];
+        }
+    }
+    /// A unit vector at right angles to the first `count`; if there are none, along axis k.
+    static Wide perpendicular(const Wide* known, int count, int k)
+    {
+        Wide unit{};
+        if (count == 0) {
+            unit[k] = 1;
+            return unit;
+        }
+        if constexpr (Dim == 3) {
+            if (count == 2) return normalized(cross(known[0], known[1]));
+            int least = 0;
+            for (int d = 1; d < 3; ++d)
+                if (std::abs(known[0][d]) < std::abs(known[0][least])) least = d;
+            unit[least] = 1;
+            return normalized(cross(known[0], unit));
+        } else {
+            return {-known[0][1], known[0][0]};
+        }
+    }
+
+    double fraction(const Vec<Dim, T>& point, int k) const
+    {
+        return dot(reciprocal[k], wide(point) - origin);
+    }
+
+    /// Fits the grid to points, of which each set has some.
+    void fit(const PointSet<Dim, T>& a, const PointSet<Dim, T>& b, double cutoff)
+    {
+        constexpr double infinity = std::numeric_limits<double>::infinity();
+        double spread = 0;
+        for (int d = 0; d < Dim; ++d) {
+            double least = infinity, most = -infinity;
+            for (const auto* set : {&a, &b})
+                for (const Vec<Dim, T>& point : set->points) {
+                    least = std::min(least, static_cast<double>(point[d]));
+                    most = std::max(most, static_cast<double>(point[d]));
+                }
+            origin[d] = least;
+            spread += most - least;
+        }
+        for (int k = 0; k < Dim; ++k) {
+            low[k] = infinity, high[k] = -infinity;
+            for (const auto* set : {&a, &b})
+                for (std::size_t i = 0; i < set->points.size(); ++i) {
+                    const double f = fraction(set->points[i], k);
+                    if (repeats[k] && !(std::abs(f) <= far))
+                        refuse_search(point_text(set->name, i, set->points[i]) + " lies " + number_text(f) +
+                                          " periods along axis " + std::to_string(k) +
+                                          " from the lowest coordinates; at most " + number_text(far) +
+                                          " are allowed, wrap the points",
+                                      i);
+                    low[k] = std::min(low[k], f);
+                    high[k] = std::max(high[k], f);
+                }
+        }
+        divide(cutoff, spread, a.points.size() + b.points.size());
+    }
+
+  private:
+    void divide(double cutoff, double spread, std::size_t points)
+    {
+        const double eps = static_cast<double>(std::numeric_limits<T>::epsilon());
+        double shifted = 0, wrapped = spread;
+        for (int k = 0; k < Dim; ++k)
+            if (repeats[k]) shifted += (high[k] - low[k] + cutoff * length(reciprocal[k]) + 2) * lengths[k];
+        rounding = 16 * eps * (cutoff + shifted);
+        const double within = cutoff + rounding;
+        double reaches[detail::axes<Dim>]; // as fractions
+        for (int k = 0; k < Dim; ++k) {
+            const double error = std::ldexp(1, -46) / (thickness * thickness);
+            reaches[k] =
+                within * length(reciprocal[k]) + 2 * error * (spread / lengths[k] + (repeats[k] ? 1 : 0));
+            if (!repeats[k]) continue;
+            if (!(reaches[k] < static_cast<double>(most_images)))
+                refuse_search("the cutoff reaches over " + number_text(reaches[k]) + " periods along axis " +
+                              std::to_string(k) + ", and it may over " + std::to_string(most_images) +
+                              "; put several periods into one cell");
+            wrapped += (high[k] - low[k] + reaches[k] + 2) * lengths[k];
+        }
+        const double passing = (within + 16 * eps * (wrapped + cutoff)) * (1 + 16 * eps);
+        const double square = passing * passing * (1 + 16 * eps);
+        near = square < static_cast<double>(std::numeric_limits<T>::max())
+                   ? static_cast<T>(square)
+                   : std::numeric_limits<T>::infinity();
+
+        // Cells of about a cutoff's edge; along the last axis, where cells follow each other in memory,
+        // smaller.
+        double size[detail::axes<Dim>], all = 1;
+        for (int k = 0; k < Dim; ++k) {
+            const double finer = k == Dim - 1 ? 4 : 1;
+            scale[k] = finer / reaches[k];
+            size[k] = repeats[k] ? std::max(1.0, std::floor(scale[k]))
+                                 : std::min(std::floor((high[k] - low[k]) * scale[k]) + 1, 1e18);
+            all *= size[k];
+        }
+        const double most = std::min(std::max(64.0, 2 * static_cast<double>(points)), std::ldexp(1, 31));
+        while (all > most) { // sparse: no more cells than that
+            int longest = 0;
+            for (int k = 1; k < Dim; ++k)
+                if (size[k] > size[longest]) longest = k;
+            scale[longest] /= 2;
+            size[longest] = std::max(1.0, std::floor(size[longest] / 2));
+            all = 1;
+            for (int k = 0; k < Dim; ++k)
+                all *= size[k];
+        }
+        for (int k = 0; k < Dim; ++k) {
+            cells[k] = static_cast<std::int64_t>(size[k]);
+            if (repeats[k]) scale[k] = size[k];
+            reach[k] = static_cast<std::int64_t>(std::min(std::ceil(reaches[k] * scale[k]), 1e15));
+        }
+    }
+};
+
+/// A point where the grid has it.
+template <int Dim, class T>
+struct GridPoint
+{
+    Vec<Dim, T> at;
+    T radius;
+    std::uint32_t type, index;
+    Periods<Dim> wrapped; ///< by how many periods it lies outside of the cell
+};
+
+/// Points in the order of the grid's cells, and where each cell's begin.
+template <int Dim, class T>
+struct GridPoints
+{
+    explicit GridPoints(std::pmr::memory_resource* memory)
+        : points(memory), cell(memory), starts(memory), periods(memory), x(memory), y(memory), z(memory)
+    {
+    }
+
+    Buffer<GridPoint<Dim, T>> points;
+    Buffer<std::uint32_t> cell, starts;
+    Buffer<Periods<Dim>> periods; ///< GridPoint::wrapped, by index
+    Buffer<T> x, y, z;            ///< the points, wrapped
+
+    T* axis(int d) { return (d == 0 ? x : d == 1 ? y : z).data(); }
+
+    void fill(const PointSet<Dim, T>& set, const NeighborGrid<Dim, T>& grid)
+    {
+        const std::size_t n = set.points.size();
+        std::size_t cells = 1;
+        for (int k = 0; k < Dim; ++k)
+            cells *= static_cast<std::size_t>(grid.cells[k]);
+        points.reserve(n), cell.reserve(n), periods.reserve(n), x.reserve(n), y.reserve(n);
+        if (Dim == 3) z.reserve(n);
+        starts.reserve(cells + 2);
+        std::fill_n(starts.data(), cells + 2, 0u);
+        for (std::size_t i = 0; i < n; ++i) {
+            std::int64_t number = 0;
+            for (int k = 0; k < Dim; ++k) {
+                double f = grid.fraction(set.points[i], k);
+                std::int32_t& whole = periods[i][static_cast<std::size_t>(k)];
+                whole = 0;
+                if (grid.repeats[k]) {
+                    const double floor = std::floor(f);
+                    whole = static_cast<std::int32_t>(floor);
+                    f -= floor;
+                } else {
+                    f -= grid.low[k];
+                }
+                const double last = static_cast<double>(grid.cells[k] - 1);
+                number = number * grid.cells[k] +
+                         static_cast<std::int64_t>(std::clamp(f * grid.scale[k], 0.0, last));
+            }
+            cell[i] = static_cast<std::uint32_t>(number);
+            ++starts[static_cast<std::size_t>(number) + 2];
+        }
+        for (std::size_t c = 2; c < cells + 2; ++c)
+            starts[c] += starts[c - 1];
+        for (std::size_t i = 0; i < n; ++i) { // starts[c + 1] goes from where c begins to where it ends
+            const std::size_t to = starts[std::size_t{cell[i]} + 1]++;
+            points[to] = {set.points[i], set.radii.empty() ? T(0) : set.radii[i],
+                          set.types.empty() ? 0 : set.types[i], static_cast<std::uint32_t>(i), periods[i]};
+            Vec<Dim, double> at = grid.wide(set.points[i]) - grid.origin;
+            for (int k = 0; k < Dim; ++k)
+                at -= grid.vectors[k] * static_cast<double>(periods[i][static_cast<std::size_t>(k)]);
+            for (int d = 0; d < Dim; ++d)
+                axis(d)[to] = static_cast<T>(at[d]);
+        }
+    }
+    void release()
+    {
+        points.release(), cell.release(), starts.release(), periods.release();
+        x.release(), y.release(), z.release();
+    }
+};
+
+} // namespace neighbors
+JOSTLE_NAMESPACE_END
