@@ -266,7 +266,7 @@ class BoxIndex<Dim, T>::Implementation::AskingMany
     template <class Body>
     void each(const Body& body) const
     {
-        index::each_question(index_.executor(), count_, [&](std::size_t i) { with(i, body); });
+        index::each_query(index_.executor(), count_, [&](std::size_t i) { with(i, body); });
     }
     template <class Item, class Find>
     void lists(ResultLists<Item>& out, const Find& find) const

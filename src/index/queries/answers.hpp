@@ -429,7 +429,7 @@ inline ProcessOptions of_batch(Executor& executor) noexcept
 
 /// Calls body(i) for each query of a batch, on the executor's threads.
 template <class Body>
-void each_question(Executor& executor, std::size_t queries, const Body& body)
+void each_query(Executor& executor, std::size_t queries, const Body& body)
 {
     process_items(
         queries,

@@ -193,7 +193,7 @@ class AskingMany
     template <class Body>
     void each(const Body& body) const
     {
-        index::each_question(*world_.state.executor, count_, [&](std::size_t i) { with(i, body); });
+        index::each_query(*world_.state.executor, count_, [&](std::size_t i) { with(i, body); });
     }
     /// find(asking, i, wanted, items) finds the items of query i, and returns whether there are more.
     template <class Item, class Out, class Find>
