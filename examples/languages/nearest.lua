@@ -1,5 +1,5 @@
 -- SPDX-License-Identifier: MIT
--- Boxes that stay, and questions about them, from LuaJIT.
+-- Boxes that stay, and queries about them, from LuaJIT.
 --     luajit nearest.lua LIBJOSTLE FOLDER_OF_JOSTLE_JOSTLE_H
 local ffi = require("ffi")
 local library, include = arg[1] or "jostle", arg[2] or "/usr/include"
@@ -38,17 +38,19 @@ local results_out = ffi.new("jostle_results*[1]")
 call("results_new", nil, results_out)
 local results, lists = results_out[0], ffi.new("jostle_lists")
 
--- The three that are nearest to a point.
-local near = ffi.new("jostle_nearest_2d[1]", { { { 20.5, 3 }, 3, math.huge } })
-call("index_all", index, jostle.JOSTLE_NEAREST, near, 1, nil, -1ULL, results)
+-- The three that are nearest to a point: its coordinates, how far.
+local point = ffi.new("double[3]", 20.5, 3, math.huge)
+local near = ffi.new("jostle_queries[1]", { { jostle.JOSTLE_NEAREST, 3, { point, 1, 3 * 8 } } })
+call("index_all", index, near, nil, nil, -1ULL, results)
 call("results_lists", results, lists)
 for i = 0, tonumber(lists.count) - 1 do
     print(("near: %d at %.3f"):format(tonumber(lists.ids[i]), math.sqrt(lists.at[i])))
 end
 
 -- What a ray meets first: origin, direction, how far.
-local ray, hit = ffi.new("double[5]", -3, 0.5, 1, 0, math.huge), ffi.new("jostle_hit[1]")
-call("index_first", index, jostle.JOSTLE_RAY, ray, 1, nil, hit)
+local numbers, hit = ffi.new("double[5]", -3, 0.5, 1, 0, math.huge), ffi.new("jostle_hit[1]")
+local ray = ffi.new("jostle_queries[1]", { { jostle.JOSTLE_RAY, 0, { numbers, 1, 5 * 8 } } })
+call("index_first", index, ray, nil, nil, hit, nil)
 print(("ray: %d at %g"):format(tonumber(hit[0].id), hit[0].at))
 
 -- A mistake is an error that names the object.

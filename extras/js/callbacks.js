@@ -11,8 +11,8 @@ mergeInto(LibraryManager.library, {
   jostle_js_take_pairs: function (number, pairs, count) {
     return Module["callbacks"].takePairs(number, pairs, count);
   },
-  jostle_js_accept_answer: function (number, question, id) {
-    return Module["callbacks"].acceptAnswer(number, question, id);
+  jostle_js_accept_answer: function (number, query, id) {
+    return Module["callbacks"].acceptAnswer(number, query, id);
   },
   jostle_js_visit_answer: function (number, id, at, bound) {
     return Module["callbacks"].visitAnswer(number, id, at, bound);

@@ -56,13 +56,13 @@ def structs(described):
     for name, (size, offsets) in layouts(described).items():
         members = ", ".join(f"{member}: {offset}" for member, offset in offsets.items())
         lines += line(f"export const {name}", f"sizeof: {size}, {members}")
-    names = {kind: {} for kind in ("jostle_status", "jostle_end_reason", "jostle_shape_type", "jostle_question")}
+    names = {kind: {} for kind in ("jostle_status", "jostle_end_reason", "jostle_shape_type", "jostle_query_kind")}
     for constant in described["constants"]:
         if constant["type"] in names:
             names[constant["type"]][constant["value"]] = constant["name"]
     lines.append("")
     for kind, prefix in (("jostle_status", "JOSTLE_"), ("jostle_end_reason", "JOSTLE_"), ("jostle_shape_type", "JOSTLE_SHAPE_"),
-                         ("jostle_question", "JOSTLE_")):
+                         ("jostle_query_kind", "JOSTLE_")):
         each = ", ".join(f'{value}: "{name.removeprefix(prefix).lower()}"' for value, name in names[kind].items())
         lines += line(f"export const {kind}", each)
     return "\n".join(lines) + "\n"

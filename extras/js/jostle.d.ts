@@ -379,36 +379,49 @@ export interface Simulation extends Disposable {
 }
 export type SimulationShape = "sphere" | "cube" | "octahedron";
 
-// --- Questions -------------------------------------------------------------------------------------------
+// --- Queries ---------------------------------------------------------------------------------------------
 
 /**
- * Many questions of one kind, in the numbers of the index's or world's boxes, one after another in an array:
+ * Many queries of one kind, in the numbers of the index's or world's boxes, one after another in an array:
  *
  * rays         origin, direction, greatest fraction: 2 dim + 1 numbers; see `rays()`
  * sweeps       a box, its motion, the greatest fraction: 3 dim + 1 numbers
  * boxes        what touches each of these boxes: 2 dim numbers
- * spheres      centre and radius: dim + 1 numbers
+ * spheres      center and radius: dim + 1 numbers
  * frustums     for each an array of planes: normal and offset, dim + 1 numbers; inside is where
  *              normal . p + offset >= 0
  * nearest      points: dim numbers; the `count` boxes nearest to each, no further than maxDistance
  * nearestToBoxes  the same for boxes: 2 dim numbers
+ *
+ * Of shapes, where `objects` are given: rays, and
+ * shapeSweeps  shapes that move from their poses by displacements, dim numbers each
+ * posedShapes  what touches each of these shapes
+ * nearestToShapes  the `count` shapes nearest to each of these, no further than maxDistance
  */
-export type Questions =
+export type Queries =
   | { rays: Floats }
   | { sweeps: Floats }
   | { boxes: Floats }
   | { spheres: Floats }
   | { frustums: FloatArray[] }
   | { nearest: Floats; count?: number; maxDistance?: number }
-  | { nearestToBoxes: Floats; count?: number; maxDistance?: number };
+  | { nearestToBoxes: Floats; count?: number; maxDistance?: number }
+  | { shapeSweeps: Objects & { displacements: Floats } }
+  | { posedShapes: Objects }
+  | { nearestToShapes: Objects; count?: number; maxDistance?: number };
 
-/** Which objects a question is about. `Id` is number for an index, bigint for a world. */
+/** Which objects a query is about. `Id` is number for an index, bigint for a world. */
 export interface QueryFilter<Id> {
   /** The asker, as an object of a filter. */
   asker?: { category?: number; mask?: number; owner?: number };
   /** An object that doesn't count. */
   exclude?: Id;
-  accept?: (question: number, id: Id) => boolean;
+  accept?: (query: number, id: Id) => boolean;
+  /**
+   * Shape and pose of each object, by id, of a world by the low 32 bits of the id: then the query is about the
+   * shapes in the boxes.
+   */
+  objects?: Objects;
 }
 export interface IndexQueryFilter extends QueryFilter<number> {
   /** One uint32 by id. They count where `asker` is given. */
@@ -417,47 +430,55 @@ export interface IndexQueryFilter extends QueryFilter<number> {
   owner?: Integers;
 }
 
-/** One answer for each question. */
+/** One answer for each query. */
 export interface Hits<IdArray> {
   /** Of an index Float64Array, -1 where there is none; of a world BigUint64Array, 0n where there is none. */
   readonly ids: IdArray;
-  /** The least fraction at which the box is touched; infinite where there is none. */
+  /**
+   * The least fraction at which the box or shape is touched; the squared distance of the nearest boxes, the
+   * distance of the nearest shapes; infinite where there is none.
+   */
   readonly at: Float64Array;
 }
 
-/** A list of answers for each question. */
+/** A list of answers for each query. */
 export interface Answers<IdArray> {
   readonly length: number;
-  /** Those to question i are numbers first[i] to first[i + 1] - 1 of `ids`, `at`. */
+  /** Those to query i are numbers first[i] to first[i + 1] - 1 of `ids`, `at`. */
   readonly first: Float64Array;
   readonly ids: IdArray;
-  /** Fractions of rays and sweeps, squared distances of the nearest; else undefined. */
+  /** As of Hits; of regions and posedShapes undefined. */
   readonly at: Float64Array | undefined;
+  /** Of shapes along rays and sweeps, and of the nearest shapes: one for each of `ids`. */
+  readonly details: CastHits | Distances | undefined;
   /** 1 where there are more answers than maxResults. */
   readonly more: Uint8Array;
-  /** The ids of one question's answers: a view of `ids`. */
-  of(question: number): IdArray;
+  /** The ids of one query's answers: a view of `ids`. */
+  of(query: number): IdArray;
 }
 
 /** What an index and a world answer alike. */
-export interface Questionable<Id, IdArray, F> {
-  /** The first object along each ray or sweep. */
-  first(questions: Questions, filter?: F): Hits<IdArray extends Uint32Array ? Float64Array : IdArray>;
+export interface Verbs<Id, IdArray, F> {
+  /** The first object along each ray or sweep, or the nearest. Of shapes it has their details as well. */
+  first(
+    queries: Queries,
+    filter?: F,
+  ): Hits<IdArray extends Uint32Array ? Float64Array : IdArray> & Partial<CastHits & Distances>;
   /**
    * All answers, or no more than maxResults to each: rays, sweeps, nearest ascending by (at, id), others by
    * id.
    */
-  all(questions: Questions, options?: F & { maxResults?: number }): Answers<IdArray>;
+  all(queries: Queries, options?: F & { maxResults?: number }): Answers<IdArray>;
   /**
-   * Hands the answers to one question over as they are found: along rays and sweeps and to the nearest
+   * Hands the answers to one query over as they are found: along rays and sweeps and to the nearest
    * ascending by (at, id). False stops; a number says that nothing further than that is wanted. Returns
    * whether all answers were handed over.
    */
-  visit(question: Questions, visit: (id: Id, at: number) => boolean | number | void, filter?: F): boolean;
+  visit(query: Queries, visit: (id: Id, at: number) => boolean | number | void, filter?: F): boolean;
   /** Whether there is any: 1 or 0. Not for the nearest. */
-  any(questions: Questions, filter?: F): Uint8Array;
+  any(queries: Queries, filter?: F): Uint8Array;
   /** How many there are. Not for the nearest. */
-  count(questions: Questions, filter?: F): Float64Array;
+  count(queries: Queries, filter?: F): Float64Array;
 }
 
 export interface IndexOptions {
@@ -466,9 +487,9 @@ export interface IndexOptions {
 }
 
 /**
- * Boxes that stay, and questions about them. An id is a number of the caller's own; by default the position.
+ * Boxes that stay, and queries about them. An id is a number of the caller's own; by default the position.
  */
-export interface BoxIndex extends Disposable, Questionable<number, Uint32Array, IndexQueryFilter> {
+export interface BoxIndex extends Disposable, Verbs<number, Uint32Array, IndexQueryFilter> {
   readonly dim: Dimension;
   readonly type: NumberType;
   readonly size: number;
@@ -569,7 +590,7 @@ export interface WorldStats {
  * An id is a 64-bit number: its low 32 bits are a small index, good for arrays (`jostle.indexOf(ids)`).
  * Objects at rest cost nothing.
  */
-export interface World extends Disposable, Questionable<bigint, BigUint64Array, QueryFilter<bigint>> {
+export interface World extends Disposable, Verbs<bigint, BigUint64Array, QueryFilter<bigint>> {
   readonly dim: Dimension;
   readonly type: NumberType;
   readonly size: number;
@@ -603,7 +624,7 @@ export interface World extends Disposable, Questionable<bigint, BigUint64Array, 
    */
   update(): void;
   update(ids: Ids, boxes: Floats): void;
-  /** Shows what was queued to questions, ahead of the next update. */
+  /** Shows what was queued to queries, ahead of the next update. */
   apply(): void;
 
   /** Pairs that touch now and didn't before: ids a0, b0, a1, b1, ... ascending by index. */

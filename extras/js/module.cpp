@@ -27,7 +27,7 @@ std::int32_t jostle_js_accept_pair(std::uint32_t function, std::uint32_t a, std:
 std::int32_t jostle_js_accept_scene_pair(std::uint32_t function, std::uint32_t scene, std::uint32_t a,
                                          std::uint32_t b);
 std::int32_t jostle_js_take_pairs(std::uint32_t function, const jostle_pair* pairs, std::uint32_t count);
-std::int32_t jostle_js_accept_answer(std::uint32_t function, std::uint32_t question, std::uint64_t id);
+std::int32_t jostle_js_accept_answer(std::uint32_t function, std::uint32_t query, std::uint64_t id);
 std::int32_t jostle_js_accept_objects(std::uint32_t function, jostle_id a, jostle_id b);
 std::int32_t jostle_js_visit_answer(std::uint32_t function, std::uint64_t id, double at, double* bound);
 }
@@ -57,16 +57,16 @@ std::int32_t take_pairs(void* context, const jostle_pair* pairs, std::uint64_t c
 {
     return jostle_js_take_pairs(number_of(context), pairs, static_cast<std::uint32_t>(count));
 }
-std::int32_t accept_answer(void* context, std::uint32_t question, std::uint64_t id)
+std::int32_t accept_answer(void* context, std::uint32_t query, std::uint64_t id)
 {
-    return jostle_js_accept_answer(number_of(context), question, id);
+    return jostle_js_accept_answer(number_of(context), query, id);
 }
 std::int32_t accept_objects(void* context, jostle_id a, jostle_id b)
 {
     return jostle_js_accept_objects(number_of(context), a, b);
 }
 
-std::int32_t visit_answer(void* context, std::uint64_t id, double at, double* bound)
+std::int32_t visit_answer(void* context, std::uint64_t id, double at, const void*, double* bound)
 {
     return jostle_js_visit_answer(number_of(context), id, at, bound);
 }

@@ -106,18 +106,20 @@ enum
     JOSTLE_WASM_SIMD = 6
 };
 
-/// A kind of question (query.hpp), and how one lies in memory. Numbers are those of the space, one after
-/// another.
-typedef int32_t jostle_question;
+/// A kind of query (query.hpp, shape_query.hpp), and the numbers of one: see jostle_queries.
+typedef int32_t jostle_query_kind;
 enum
 {
-    JOSTLE_RAY = 1,           ///< origin, direction, greatest fraction: 2 dim + 1 numbers
-    JOSTLE_SWEEP = 2,         ///< box, motion, greatest fraction: 3 dim + 1 numbers
-    JOSTLE_BOX = 3,           ///< lo, hi: 2 dim numbers
-    JOSTLE_SPHERE = 4,        ///< centre, radius: dim + 1 numbers
-    JOSTLE_FRUSTUM = 5,       ///< a jostle_frustum
-    JOSTLE_NEAREST = 6,       ///< a jostle_nearest_2f, _3f, _2d or _3d
-    JOSTLE_NEAREST_TO_BOX = 7 ///< a jostle_nearest_to_box_2f, _3f, _2d or _3d
+    JOSTLE_RAY = 1,              ///< origin, direction, greatest fraction: 2 dim + 1 numbers
+    JOSTLE_SWEEP = 2,            ///< box, motion, greatest fraction: 3 dim + 1 numbers
+    JOSTLE_BOX = 3,              ///< lo, hi: 2 dim numbers
+    JOSTLE_SPHERE = 4,           ///< center, radius: dim + 1 numbers
+    JOSTLE_FRUSTUM = 5,          ///< no numbers but a jostle_frustum
+    JOSTLE_NEAREST = 6,          ///< point, greatest distance: dim + 1 numbers
+    JOSTLE_NEAREST_TO_BOX = 7,   ///< lo, hi, greatest distance: 2 dim + 1 numbers
+    JOSTLE_SHAPE_SWEEP = 8,      ///< a shape, and its displacement: dim numbers
+    JOSTLE_POSED_SHAPE = 9,      ///< a shape that stays: no numbers
+    JOSTLE_NEAREST_TO_SHAPE = 10 ///< a shape, and the greatest distance: 1 number, or none for any distance
 };
 
 /// Why a pair of a world ended: jostle::EndReason.
@@ -263,23 +265,33 @@ typedef struct jostle_blocks
     uint64_t item_size; ///< in bytes
 } jostle_blocks;
 
-/// The answers to many questions. Those to question i are [first[i], first[i + 1]) of `ids` and `at`.
+/// The answers to many queries. Those to query i are [first[i], first[i + 1]) of `ids` and `at`.
 typedef struct jostle_lists
 {
-    uint64_t questions;
+    uint64_t queries;
     uint64_t count;        ///< of all answers
-    const uint64_t* first; ///< questions + 1 of them
+    const uint64_t* first; ///< queries + 1 of them
     const uint64_t* ids;   ///< an index's ids are 32-bit numbers, a world's a jostle_id
-    const double* at;      ///< as in jostle_hit; NULL where the question has none
-    const uint8_t* more;   ///< whether question i has more answers than were asked for
+    const double* at;      ///< as in jostle_hit; NULL where the queries have none
+    const uint8_t* more;   ///< whether query i has more answers than were asked for
 } jostle_lists;
 
-/// An object found along a ray or sweep, or near a point: jostle::Hit.
+/// An object found along a ray or sweep, or near something: jostle::Hit.
 typedef struct jostle_hit
 {
     uint64_t id; ///< of an index: UINT64_MAX where there is none; of a world: 0
-    double at;   ///< the fraction, or the squared distance; a space of floats has it rounded to float
+    double at;   ///< the fraction; of the nearest boxes the squared distance, of the nearest shapes the
+                 ///< distance; a space of floats has it rounded to float
 } jostle_hit;
+
+/// Objects with a shape and a pose. A pose is a position and, in 3D, a quaternion x, y, z, w; in 2D cosine
+/// and sine: 7 or 4 numbers of the space. Where a motion is wanted, linear and angular velocity follow: 13 or
+/// 7 numbers.
+typedef struct jostle_objects
+{
+    const jostle_shapes* shapes;
+    jostle_values poses;
+} jostle_objects;
 
 /// The space inside some planes: jostle::Frustum. A plane is normal and offset: dim + 1 numbers.
 typedef struct jostle_frustum
@@ -288,56 +300,15 @@ typedef struct jostle_frustum
     uint64_t count;
 } jostle_frustum;
 
-/// The `count` boxes nearest to a point, no further than max_distance (it may be infinite): jostle::Nearest.
-typedef struct jostle_nearest_2f
+/// Queries of one kind.
+typedef struct jostle_queries
 {
-    float point[2];
-    uint32_t count;
-    float max_distance;
-} jostle_nearest_2f;
-typedef struct jostle_nearest_3f
-{
-    float point[3];
-    uint32_t count;
-    float max_distance;
-} jostle_nearest_3f;
-typedef struct jostle_nearest_2d
-{
-    double point[2];
-    uint32_t count;
-    double max_distance;
-} jostle_nearest_2d;
-typedef struct jostle_nearest_3d
-{
-    double point[3];
-    uint32_t count;
-    double max_distance;
-} jostle_nearest_3d;
-/// The same, nearest to a box: jostle::NearestToBox.
-typedef struct jostle_nearest_to_box_2f
-{
-    float lo[2], hi[2];
-    uint32_t count;
-    float max_distance;
-} jostle_nearest_to_box_2f;
-typedef struct jostle_nearest_to_box_3f
-{
-    float lo[3], hi[3];
-    uint32_t count;
-    float max_distance;
-} jostle_nearest_to_box_3f;
-typedef struct jostle_nearest_to_box_2d
-{
-    double lo[2], hi[2];
-    uint32_t count;
-    double max_distance;
-} jostle_nearest_to_box_2d;
-typedef struct jostle_nearest_to_box_3d
-{
-    double lo[3], hi[3];
-    uint32_t count;
-    double max_distance;
-} jostle_nearest_to_box_3d;
+    jostle_query_kind kind;
+    uint32_t nearest;     ///< of the nearest kinds: how many are wanted of each query; 0: one
+    jostle_values values; ///< numbers of the space, those of one query one after another. The stride is at
+                          ///< least the size of a query, or that size and less than 0
+    const jostle_objects* shapes; ///< of the kinds that have a shape: as many as values; else NULL
+} jostle_queries;
 
 /// The version of the library that runs.
 /// Errors    none but NULL.
@@ -417,12 +388,6 @@ JOSTLE_C_API jostle_status jostle_boxes_strided(jostle_space space, const void* 
                                                 jostle_error* error);
 /// Fails as every search would with these boxes, or does nothing. Cost: one pass.
 JOSTLE_C_API jostle_status jostle_boxes_check(jostle_space space, const jostle_boxes* boxes,
-                                              jostle_error* error);
-/// The definition that every index answers to: whether one box answers one question that an index takes, and
-/// where (jostle_hit::at; 0 for regions). For JOSTLE_NEAREST and JOSTLE_NEAREST_TO_BOX: the squared distance,
-/// and whether its root is at most max_distance.
-JOSTLE_C_API jostle_status jostle_box_answers(jostle_space space, jostle_question kind, const void* question,
-                                              const void* box, int32_t* answers, double* at,
                                               jostle_error* error);
 
 // ---------------------------------------------------------------------------------------------------------
@@ -582,11 +547,11 @@ JOSTLE_C_API jostle_status jostle_images_filter(jostle_images* images, const jos
                                                 jostle_filter* out, jostle_error* error);
 
 // ---------------------------------------------------------------------------------------------------------
-// Boxes that stay, and questions about them: box_index.hpp
+// Boxes that stay, and queries about them: box_index.hpp
 // ---------------------------------------------------------------------------------------------------------
 
-/// 1: the object may be an answer to the question of this number. 0: not.
-typedef int32_t (*jostle_accept_answer_function)(void* context, uint32_t question, uint64_t id);
+/// 1: the object may be an answer to the query of this number. 0: not.
+typedef int32_t (*jostle_accept_answer_function)(void* context, uint32_t query, uint64_t id);
 
 /// The asker, as an object of a filter. In a world category and mask filter nothing if both are UINT32_MAX,
 /// and else both do: an object whose mask is 0 is then not found.
@@ -596,7 +561,7 @@ typedef struct jostle_asker
     uint32_t owner; ///< objects of this owner aren't found; UINT32_MAX belongs to nobody
 } jostle_asker;
 
-/// Which objects a question is about: jostle::QueryFilter and jostle::ObjectQueryFilter.
+/// Which objects a query is about: jostle::QueryFilter and jostle::ObjectQueryFilter.
 typedef struct jostle_query_filter
 {
     uint64_t struct_size;
@@ -605,9 +570,8 @@ typedef struct jostle_query_filter
     const uint64_t* exclude;              ///< an object that doesn't count; NULL: none
     jostle_accept_answer_function accept; ///< may be NULL
     void* context;
-    uint64_t count; ///< more than 1: so many filters lie here, one for each question, as far apart as
-                    ///< struct_size says. 0 or 1: this one serves all questions. Functions with an argument
-                    ///< filter_count go by that instead
+    uint64_t count; ///< more than 1: so many filters lie here, one for each query, as far apart as
+                    ///< struct_size says. 0 or 1: this one serves all queries
 } jostle_query_filter;
 
 /// What an index is made of: jostle::IndexStats.
@@ -654,33 +618,55 @@ JOSTLE_C_API jostle_status jostle_index_stats_read(const jostle_index* index, jo
 JOSTLE_C_API jostle_status jostle_index_join(jostle_index* index, const jostle_boxes* boxes,
                                              jostle_results* results, jostle_error* error);
 
-// Questions: `count` of one kind, one after another in memory. How one lies there is said at jostle_question:
-// a ray is its origin, direction and greatest fraction. One is answered on the calling thread, more on the
-// executor. `filter` may be NULL.
+// Queries of boxes and of shapes, by five verbs. `objects` is NULL where boxes are asked about, or has a shape
+// and a pose for every id of the index, or every index of an id of the world: then the shapes in the boxes
+// are. Of boxes any, count, all and visit take JOSTLE_RAY to JOSTLE_FRUSTUM, first takes JOSTLE_RAY and
+// JOSTLE_SWEEP; of shapes any, count, all and visit take JOSTLE_RAY, JOSTLE_SHAPE_SWEEP and
+// JOSTLE_POSED_SHAPE, first takes the first two. first, all and visit take the nearest kinds, too, those to
+// shapes with objects. One query is answered on the calling thread, more on the executor. `filter` may be
+// NULL. Errors are those of C++'s jostle::Queries.
 
-/// The first object along each ray or sweep: hits[i].
-JOSTLE_C_API jostle_status jostle_index_first(const jostle_index* index, jostle_question kind,
-                                              const void* questions, uint64_t count,
-                                              const jostle_query_filter* filter, jostle_hit* hits,
+/// Whether there is any answer, 1 or 0: any[i].
+JOSTLE_C_API jostle_status jostle_index_any(const jostle_index* index, const jostle_queries* queries,
+                                            const jostle_objects* objects, const jostle_query_filter* filter,
+                                            uint8_t* any, jostle_error* error);
+/// How many there are: counts[i].
+JOSTLE_C_API jostle_status jostle_index_count(const jostle_index* index, const jostle_queries* queries,
+                                              const jostle_objects* objects,
+                                              const jostle_query_filter* filter, uint64_t* counts,
                                               jostle_error* error);
-/// All objects along each ray or sweep, ascending by (at, id), or in each box, sphere or frustum, ascending
-/// by id, or nearest to each point or box, ascending by (at, id). No more than max_results each: UINT64_MAX
-/// for all. (For the nearest it must be that: each question says itself how many.)
-JOSTLE_C_API jostle_status jostle_index_all(const jostle_index* index, jostle_question kind,
-                                            const void* questions, uint64_t count,
-                                            const jostle_query_filter* filter, uint64_t max_results,
-                                            jostle_results* results, jostle_error* error);
-/// Takes an answer. 1: go on. 0: stop. Called on the calling thread. For rays, sweeps and the nearest,
-/// nothing further than *bound, in the units of `at`, comes from then on: it may be made less. For regions
-/// `at` is 0 and `bound` NULL. May ask the same index or world.
-typedef int32_t (*jostle_visit_answer_function)(void* context, uint64_t id, double at, double* bound);
-/// Hands the answers to one question to `visit`, each once, as they are found: along rays and sweeps and to
-/// the nearest ascending by (at, id), those of regions in an order of the index's own. `finished` becomes 0
-/// if it stopped that, else 1.
-JOSTLE_C_API jostle_status jostle_index_visit(const jostle_index* index, jostle_question kind,
-                                              const void* question, const jostle_query_filter* filter,
+/// What each query meets first, or is nearest to: hits[i]. `details` may be NULL; of boxes it isn't used, of
+/// shapes details[i] becomes a jostle_cast_hit_... of the space or, nearest to a shape, what
+/// jostle_contact_finder_distances gives, the asker being a. Its fraction, or distance, is infinite where
+/// there is nothing.
+JOSTLE_C_API jostle_status jostle_index_first(const jostle_index* index, const jostle_queries* queries,
+                                              const jostle_objects* objects,
+                                              const jostle_query_filter* filter, jostle_hit* hits,
+                                              void* details, jostle_error* error);
+/// All answers, along rays and sweeps and near something ascending by (at, id), else by id; no more than
+/// max_results each: UINT64_MAX for all. The results have lists and, of casts and the nearest among shapes,
+/// the details of all lists as blocks.
+JOSTLE_C_API jostle_status jostle_index_all(const jostle_index* index, const jostle_queries* queries,
+                                            const jostle_objects* objects, const jostle_query_filter* filter,
+                                            uint64_t max_results, jostle_results* results,
+                                            jostle_error* error);
+/// Takes an answer; `details` as of jostle_index_first, or NULL. 1: go on. 0: stop. Called on the calling
+/// thread. Where answers have an order, nothing further than *bound, in the units of `at`, comes from then
+/// on: it may be made less. Else `at` is 0 and `bound` NULL. May ask the same index or world.
+typedef int32_t (*jostle_visit_answer_function)(void* context, uint64_t id, double at, const void* details,
+                                                double* bound);
+/// Hands the answers to one query to `visit`, each once, as they are found, in the order of jostle_index_all;
+/// those of regions in an order of the index's own. `finished` becomes 0 if it stopped that, else 1.
+JOSTLE_C_API jostle_status jostle_index_visit(const jostle_index* index, const jostle_queries* query,
+                                              const jostle_objects* objects,
+                                              const jostle_query_filter* filter,
                                               jostle_visit_answer_function visit, void* context,
                                               int32_t* finished, jostle_error* error);
+/// The definition that answers go back to: for each query of boxes, all but JOSTLE_POSED_SHAPE and its like,
+/// whether this box answers it, 1 or 0, and its jostle_hit::at, 0 for regions. `box`: 2 dim numbers.
+JOSTLE_C_API jostle_status jostle_box_answers(jostle_space space, const jostle_queries* queries,
+                                              const void* box, uint8_t* answers, double* at,
+                                              jostle_error* error);
 /// Takes two objects and the squared distance between their boxes. 1: go on. 0: stop. Called on the calling
 /// thread. Nothing further than *bound comes from then on: it may be made less.
 typedef int32_t (*jostle_visit_close_pair_function)(void* context, uint64_t a, uint64_t b, double at,
@@ -697,17 +683,6 @@ JOSTLE_C_API jostle_status jostle_index_closest_pairs(const jostle_index* index,
                                                       double max_distance,
                                                       jostle_visit_close_pair_function visit, void* context,
                                                       int32_t* finished, jostle_error* error);
-/// Whether there is any, 1 or 0: any[i]. Not for the nearest.
-JOSTLE_C_API jostle_status jostle_index_any(const jostle_index* index, jostle_question kind,
-                                            const void* questions, uint64_t count,
-                                            const jostle_query_filter* filter, uint8_t* any,
-                                            jostle_error* error);
-/// How many there are: counts[i]. Not for the nearest.
-JOSTLE_C_API jostle_status jostle_index_count(const jostle_index* index, jostle_question kind,
-                                              const void* questions, uint64_t count,
-                                              const jostle_query_filter* filter, uint64_t* counts,
-                                              jostle_error* error);
-
 // ---------------------------------------------------------------------------------------------------------
 // Objects that live, move and rest, and the pairs between them: world.hpp
 // ---------------------------------------------------------------------------------------------------------
@@ -841,7 +816,7 @@ JOSTLE_C_API jostle_status jostle_world_update(jostle_world* world, jostle_error
 /// Moves these objects and updates; the boxes are read in place. As many ids as boxes.
 JOSTLE_C_API jostle_status jostle_world_update_moves(jostle_world* world, const jostle_id* ids,
                                                      const jostle_boxes* boxes, jostle_error* error);
-/// Shows what was queued before, ahead of the next update: to questions, jostle_world_touching, _pairs and
+/// Shows what was queued before, ahead of the next update: to queries, jostle_world_touching, _pairs and
 /// all that can be asked about objects. The lists of the last update, and what the next one gives, stay the
 /// same.
 JOSTLE_C_API jostle_status jostle_world_apply(jostle_world* world, jostle_error* error);
@@ -877,28 +852,28 @@ JOSTLE_C_API jostle_status jostle_world_visit_pairs(const jostle_world* world,
                                                     jostle_visit_pair_function visit, void* context,
                                                     int32_t* finished, jostle_error* error);
 
-// Questions, about the objects as of the last update or jostle_world_apply: as those of jostle_index.
+// Queries, about the objects as of the last update or jostle_world_apply: as those of jostle_index.
 
-JOSTLE_C_API jostle_status jostle_world_first(const jostle_world* world, jostle_question kind,
-                                              const void* questions, uint64_t count,
-                                              const jostle_query_filter* filter, jostle_hit* hits,
-                                              jostle_error* error);
-JOSTLE_C_API jostle_status jostle_world_all(const jostle_world* world, jostle_question kind,
-                                            const void* questions, uint64_t count,
-                                            const jostle_query_filter* filter, uint64_t max_results,
-                                            jostle_results* results, jostle_error* error);
-JOSTLE_C_API jostle_status jostle_world_visit(const jostle_world* world, jostle_question kind,
-                                              const void* question, const jostle_query_filter* filter,
-                                              jostle_visit_answer_function visit, void* context,
-                                              int32_t* finished, jostle_error* error);
-JOSTLE_C_API jostle_status jostle_world_any(const jostle_world* world, jostle_question kind,
-                                            const void* questions, uint64_t count,
-                                            const jostle_query_filter* filter, uint8_t* any,
-                                            jostle_error* error);
-JOSTLE_C_API jostle_status jostle_world_count(const jostle_world* world, jostle_question kind,
-                                              const void* questions, uint64_t count,
+JOSTLE_C_API jostle_status jostle_world_any(const jostle_world* world, const jostle_queries* queries,
+                                            const jostle_objects* objects, const jostle_query_filter* filter,
+                                            uint8_t* any, jostle_error* error);
+JOSTLE_C_API jostle_status jostle_world_count(const jostle_world* world, const jostle_queries* queries,
+                                              const jostle_objects* objects,
                                               const jostle_query_filter* filter, uint64_t* counts,
                                               jostle_error* error);
+JOSTLE_C_API jostle_status jostle_world_first(const jostle_world* world, const jostle_queries* queries,
+                                              const jostle_objects* objects,
+                                              const jostle_query_filter* filter, jostle_hit* hits,
+                                              void* details, jostle_error* error);
+JOSTLE_C_API jostle_status jostle_world_all(const jostle_world* world, const jostle_queries* queries,
+                                            const jostle_objects* objects, const jostle_query_filter* filter,
+                                            uint64_t max_results, jostle_results* results,
+                                            jostle_error* error);
+JOSTLE_C_API jostle_status jostle_world_visit(const jostle_world* world, const jostle_queries* query,
+                                              const jostle_objects* objects,
+                                              const jostle_query_filter* filter,
+                                              jostle_visit_answer_function visit, void* context,
+                                              int32_t* finished, jostle_error* error);
 /// As jostle_index_closest_pairs: of two objects of this world whose filters let them pair if `other` is
 /// NULL or this world, else of one of this and one of the other world. Pairs of this world that touch and
 /// that `accept` refused are left out; about pairs apart it hasn't been asked.
@@ -1119,15 +1094,6 @@ JOSTLE_C_API jostle_status jostle_shapes_set(jostle_shapes* shapes, uint64_t obj
 /// doesn't.
 JOSTLE_C_API jostle_status jostle_shapes_set_repeats(jostle_shapes* shapes, int32_t repeats,
                                                      jostle_error* error);
-
-/// Objects with a shape and a pose. A pose is a position and, in 3D, a quaternion x, y, z, w; in 2D cosine
-/// and sine: 7 or 4 numbers of the space. Where a motion is wanted, linear and angular velocity follow: 13 or
-/// 7 numbers.
-typedef struct jostle_objects
-{
-    const jostle_shapes* shapes;
-    jostle_values poses;
-} jostle_objects;
 
 /// The tightest box around each object, rounded outwards, with `margin` added: 2 dim numbers each. `executor`
 /// may be NULL: the calling thread.
@@ -1366,57 +1332,6 @@ JOSTLE_C_API jostle_status jostle_cast_ray(jostle_space space, const jostle_shap
 JOSTLE_C_API jostle_status jostle_cast_shape(jostle_space space, const jostle_shape* moving, const void* pose,
                                              const void* displacement, const jostle_shape* shape,
                                              const void* shape_pose, void* hit, jostle_error* error);
-
-// ---------------------------------------------------------------------------------------------------------
-// Rays, moving shapes and distances against all shapes of an index or a world: shape_query.hpp
-// ---------------------------------------------------------------------------------------------------------
-
-// `objects` have a shape and a pose for every id of the index, or every index of an id of the world.
-// `filters` are `filter_count` structs, one behind the other, each as big as the first one's struct_size
-// says: none, one for all questions, or one for each. Questions are answered on the executor that the index
-// or world was made with.
-
-/// Rays, or shapes that move without turning: one or the other.
-typedef struct jostle_casts
-{
-    jostle_values rays;           ///< origin, direction, greatest fraction: 2 dim + 1 numbers each
-    const jostle_objects* moving; ///< NULL: rays
-    jostle_values displacements;  ///< dim numbers for each shape that moves
-} jostle_casts;
-
-/// What each of the casts meets first: ids[i], as in jostle_hit, and hits[i], a jostle_cast_hit_... of the
-/// space, whose fraction is infinite where it meets nothing.
-JOSTLE_C_API jostle_status jostle_index_first_hits(const jostle_index* index, const jostle_objects* objects,
-                                                   const jostle_casts* casts,
-                                                   const jostle_query_filter* filters, uint64_t filter_count,
-                                                   uint64_t* ids, void* hits, jostle_error* error);
-/// All that each of them meets, ascending by (fraction, id), no more than max_results each: UINT64_MAX for
-/// all. The results have lists, in which `at` is the fraction, and the hits of all lists as blocks.
-JOSTLE_C_API jostle_status jostle_index_all_hits(const jostle_index* index, const jostle_objects* objects,
-                                                 const jostle_casts* casts,
-                                                 const jostle_query_filter* filters, uint64_t filter_count,
-                                                 uint64_t max_results, jostle_results* results,
-                                                 jostle_error* error);
-/// The object whose shape is nearest to each of the objects `near`: ids[i], and its distance as one element
-/// of jostle_contact_finder_distances, `near` being a; infinite where it is more than max_distances[i], a
-/// double. Without max_distances however far it is.
-JOSTLE_C_API jostle_status jostle_index_nearest_shapes(
-    const jostle_index* index, const jostle_objects* objects, const jostle_objects* near,
-    const jostle_values* max_distances, const jostle_query_filter* filters, uint64_t filter_count,
-    uint64_t* ids, void* distances, jostle_error* error);
-JOSTLE_C_API jostle_status jostle_world_first_hits(const jostle_world* world, const jostle_objects* objects,
-                                                   const jostle_casts* casts,
-                                                   const jostle_query_filter* filters, uint64_t filter_count,
-                                                   jostle_id* ids, void* hits, jostle_error* error);
-JOSTLE_C_API jostle_status jostle_world_all_hits(const jostle_world* world, const jostle_objects* objects,
-                                                 const jostle_casts* casts,
-                                                 const jostle_query_filter* filters, uint64_t filter_count,
-                                                 uint64_t max_results, jostle_results* results,
-                                                 jostle_error* error);
-JOSTLE_C_API jostle_status jostle_world_nearest_shapes(
-    const jostle_world* world, const jostle_objects* objects, const jostle_objects* near,
-    const jostle_values* max_distances, const jostle_query_filter* filters, uint64_t filter_count,
-    jostle_id* ids, void* distances, jostle_error* error);
 
 // ---------------------------------------------------------------------------------------------------------
 // Inside and outside of closed meshes, in 3D: closed_mesh.hpp

@@ -82,6 +82,24 @@ std::shared_ptr<Executor> lent(Executor& executor)
     return {std::shared_ptr<void>(), &executor};
 }
 
+/// Whether the box answers the query, and where: 0 for regions.
+template <class Query, int Dim, Coordinate T>
+std::optional<T> answer_of(const Query& query, const Aabb<Dim, T>& box)
+{
+    if constexpr (is_line(kind_of<Query>)) {
+        return hit_fraction(query, box);
+    } else if constexpr (is_nearest(kind_of<Query>)) {
+        T distance;
+        if constexpr (std::same_as<Query, Nearest<Dim, T>>)
+            distance = squared_distance(query.point, box);
+        else
+            distance = squared_distance(query.box, box);
+        return distance <= query.max_distance * query.max_distance ? std::optional(distance) : std::nullopt;
+    } else {
+        return overlaps(query, box) ? std::optional(T(0)) : std::nullopt;
+    }
+}
+
 } // namespace
 
 std::shared_ptr<Executor> keep_executor(const jostle_executor* executor)
@@ -284,35 +302,22 @@ jostle_status jostle_boxes_check(jostle_space space, const jostle_boxes* boxes, 
     });
 }
 
-jostle_status jostle_box_answers(jostle_space space, jostle_question kind, const void* query, const void* box,
-                                 int32_t* answers, double* at, jostle_error* error)
+jostle_status jostle_box_answers(jostle_space space, const jostle_queries* queries, const void* box,
+                                 uint8_t* answers, double* at, jostle_error* error)
 {
     return guarded(error, [&] {
-        wanted(answers, "answers");
-        wanted(at, "at");
         in_space(space, [&](auto in) {
             constexpr int dim = decltype(in)::dim;
             using T = typename decltype(in)::T;
             Aabb<dim, T> target;
             std::memcpy(&target, wanted_array_of<T>(box, 2 * dim, "box"), sizeof target);
-            with_questions<dim, T>(kind, query, 1, any_kind, [&](auto queries) {
-                const auto& asked = queries.front();
-                using Query = std::remove_cvref_t<decltype(asked)>;
-                if constexpr (is_nearest<Query>) {
-                    T distance;
-                    if constexpr (std::same_as<Query, Nearest<dim, T>>)
-                        distance = squared_distance(asked.point, target);
-                    else
-                        distance = squared_distance(asked.box, target);
-                    *at = distance;
-                    *answers = distance <= asked.max_distance * asked.max_distance ? 1 : 0;
-                } else if constexpr (is_line<Query>) {
-                    const auto hit = hit_fraction(asked, target);
-                    *at = hit ? *hit : T(0);
-                    *answers = hit ? 1 : 0;
-                } else {
-                    *at = 0;
-                    *answers = overlaps(asked, target) ? 1 : 0;
+            with_queries<Verb::visit, false, dim, T>(queries, 1, [&](auto asked) {
+                wanted_array(answers, asked.size(), "answers");
+                wanted_array(at, asked.size(), "at");
+                for (std::size_t i = 0; i < asked.size(); ++i) {
+                    const auto found = answer_of(asked[i], target);
+                    answers[i] = found ? 1 : 0;
+                    at[i] = found.value_or(T(0));
                 }
             });
         });

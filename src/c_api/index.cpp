@@ -2,7 +2,6 @@
 #include <variant>
 
 #include "c_api/queries.hpp"
-#include "c_api/shape_questions.hpp"
 #include "jostle/box_index.hpp"
 
 namespace jostle::c_api {
@@ -38,6 +37,7 @@ class IndexContent final : public Content
 class IndexFilter
 {
   public:
+    using Filter = QueryFilter;
     explicit IndexFilter(const jostle_query_filter* given)
         : given_(read_options(given, "jostle_query_filter"))
     {
@@ -74,16 +74,6 @@ class IndexFilter
     Accept accept_{&given_};
 };
 
-std::uint64_t id_of_hit(std::uint32_t id) noexcept
-{
-    return id == Hit<float>::none ? UINT64_MAX : id;
-}
-
-/// inside(index, queries, filter) with everything in its type.
-template <class F>
-void ask(const jostle_index* index, jostle_question kind, const void* queries, std::uint64_t count,
-         const jostle_query_filter* filter, unsigned kinds, F&& inside);
-
 } // namespace
 
 template <>
@@ -95,19 +85,6 @@ struct Behind<jostle_index>
 };
 
 namespace {
-
-template <class F>
-void ask(const jostle_index* index, jostle_question kind, const void* queries, std::uint64_t count,
-         const jostle_query_filter* filter, unsigned kinds, F&& inside)
-{
-    const IndexContent& content = open(index);
-    with_filter<IndexFilter, QueryFilter>(filter, count, [&](const auto& wish) {
-        content.on([&]<int Dim, Coordinate T>(const BoxIndex<Dim, T>& typed) {
-            with_questions<Dim, T>(kind, queries, count, kinds,
-                                   [&](auto asked) { inside(typed, asked, wish); });
-        });
-    });
-}
 
 /// inside(index, other) of the same type; NULL as the other is the index itself.
 template <class F>
@@ -278,41 +255,42 @@ jostle_status jostle_index_join(jostle_index* index, const jostle_boxes* boxes, 
     });
 }
 
-jostle_status jostle_index_first(const jostle_index* index, jostle_question kind, const void* queries,
-                                 uint64_t count, const jostle_query_filter* filter, jostle_hit* hits,
+jostle_status jostle_index_any(const jostle_index* index, const jostle_queries* queries,
+                               const jostle_objects* objects, const jostle_query_filter* filter, uint8_t* any,
+                               jostle_error* error)
+{
+    return guarded(error, [&] { ask_any<IndexFilter>(open(index), queries, objects, filter, any); });
+}
+jostle_status jostle_index_count(const jostle_index* index, const jostle_queries* queries,
+                                 const jostle_objects* objects, const jostle_query_filter* filter,
+                                 uint64_t* counts, jostle_error* error)
+{
+    return guarded(error, [&] { ask_count<IndexFilter>(open(index), queries, objects, filter, counts); });
+}
+jostle_status jostle_index_first(const jostle_index* index, const jostle_queries* queries,
+                                 const jostle_objects* objects, const jostle_query_filter* filter,
+                                 jostle_hit* hits, void* details, jostle_error* error)
+{
+    return guarded(error,
+                   [&] { ask_first<IndexFilter>(open(index), queries, objects, filter, hits, details); });
+}
+jostle_status jostle_index_all(const jostle_index* index, const jostle_queries* queries,
+                               const jostle_objects* objects, const jostle_query_filter* filter,
+                               uint64_t max_results, jostle_results* results, jostle_error* error)
+{
+    return guarded(error, [&] {
+        ask_all<IndexFilter>(open(index), queries, objects, filter, max_results, open(results));
+    });
+}
+jostle_status jostle_index_visit(const jostle_index* index, const jostle_queries* query,
+                                 const jostle_objects* objects, const jostle_query_filter* filter,
+                                 jostle_visit_answer_function visit, void* context, int32_t* finished,
                                  jostle_error* error)
-{
-    return guarded(error, [&] {
-        ask(index, kind, queries, count, filter, lines,
-            [&]<int Dim, Coordinate T>(const BoxIndex<Dim, T>& typed, auto asked, const auto& wish) {
-                if constexpr (is_line<typename decltype(asked)::value_type>)
-                    ask_first<Hit<T>>(typed, asked, wish, hits, id_of_hit);
-            });
-    });
-}
-jostle_status jostle_index_all(const jostle_index* index, jostle_question kind, const void* queries,
-                               uint64_t count, const jostle_query_filter* filter, uint64_t max_results,
-                               jostle_results* results, jostle_error* error)
-{
-    return guarded(error, [&] {
-        ResultsContent& into = open(results);
-        ask(index, kind, queries, count, filter, any_kind,
-            [&]<int Dim, Coordinate T>(const BoxIndex<Dim, T>& typed, auto asked, const auto& wish) {
-                ask_all<Hit<T>, std::uint32_t>(typed, asked, wish, max_results, into, plain_id);
-            });
-    });
-}
-jostle_status jostle_index_visit(const jostle_index* index, jostle_question kind, const void* query,
-                                 const jostle_query_filter* filter, jostle_visit_answer_function visit,
-                                 void* context, int32_t* finished, jostle_error* error)
 {
     return guarded(error, [&] {
         wanted_function(visit, "visit");
         wanted(finished, "finished");
-        ask(index, kind, query, 1, filter, any_kind,
-            [&]<int Dim, Coordinate T>(const BoxIndex<Dim, T>& typed, auto asked, const auto& wish) {
-                *finished = ask_visit<T>(typed, asked.front(), wish, visit, context, plain_id) ? 1 : 0;
-            });
+        *finished = ask_visit<IndexFilter>(open(index), query, objects, filter, visit, context) ? 1 : 0;
     });
 }
 jostle_status jostle_index_pairs(const jostle_index* index, const jostle_index* other,
@@ -339,66 +317,8 @@ jostle_status jostle_index_closest_pairs(const jostle_index* index, const jostle
         wanted(finished, "finished");
         with_other(index, other,
                    [&]<int Dim, Coordinate T>(const BoxIndex<Dim, T>& typed, const BoxIndex<Dim, T>& second) {
-                       *finished = ask_closest<T>(typed, second, max_distance, visit, context, plain_id);
+                       *finished = ask_closest(typed, second, max_distance, visit, context) ? 1 : 0;
                    });
-    });
-}
-jostle_status jostle_index_any(const jostle_index* index, jostle_question kind, const void* queries,
-                               uint64_t count, const jostle_query_filter* filter, uint8_t* any,
-                               jostle_error* error)
-{
-    return guarded(error, [&] {
-        ask(index, kind, queries, count, filter, lines | regions,
-            [&](const auto& typed, auto asked, const auto& wish) { ask_any(typed, asked, wish, any); });
-    });
-}
-jostle_status jostle_index_count(const jostle_index* index, jostle_question kind, const void* queries,
-                                 uint64_t count, const jostle_query_filter* filter, uint64_t* counts,
-                                 jostle_error* error)
-{
-    return guarded(error, [&] {
-        ask(index, kind, queries, count, filter, lines | regions,
-            [&](const auto& typed, auto asked, const auto& wish) { ask_count(typed, asked, wish, counts); });
-    });
-}
-
-jostle_status jostle_index_first_hits(const jostle_index* index, const jostle_objects* objects,
-                                      const jostle_casts* casts, const jostle_query_filter* filters,
-                                      uint64_t filter_count, uint64_t* ids, void* hits, jostle_error* error)
-{
-    return guarded(error, [&] {
-        const IndexContent& content = open(index);
-        content.on([&](const auto& typed) {
-            ask_first_hits<IndexFilter, QueryFilter>(typed, objects, casts, filters, filter_count, ids, hits,
-                                                     id_of_hit);
-        });
-    });
-}
-jostle_status jostle_index_all_hits(const jostle_index* index, const jostle_objects* objects,
-                                    const jostle_casts* casts, const jostle_query_filter* filters,
-                                    uint64_t filter_count, uint64_t max_results, jostle_results* results,
-                                    jostle_error* error)
-{
-    return guarded(error, [&] {
-        const IndexContent& content = open(index);
-        ResultsContent& into = open(results);
-        content.on([&](const auto& typed) {
-            ask_all_hits<IndexFilter, QueryFilter>(typed, objects, casts, filters, filter_count, max_results,
-                                                   into, id_of_hit);
-        });
-    });
-}
-jostle_status jostle_index_nearest_shapes(const jostle_index* index, const jostle_objects* objects,
-                                          const jostle_objects* near, const jostle_values* max_distances,
-                                          const jostle_query_filter* filters, uint64_t filter_count,
-                                          uint64_t* ids, void* distances, jostle_error* error)
-{
-    return guarded(error, [&] {
-        const IndexContent& content = open(index);
-        content.on([&](const auto& typed) {
-            ask_nearest_shapes<IndexFilter, QueryFilter>(typed, objects, near, max_distances, filters,
-                                                         filter_count, ids, distances, id_of_hit);
-        });
     });
 }
 

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <bit>
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
 #include <deque>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <type_traits>
@@ -14,30 +16,92 @@
 #include <vector>
 
 #include "c_api/results.hpp"
+#include "c_api/shapes.hpp"
+#include "c_api/world.hpp"
 #include "jostle/queries.hpp"
+#include "jostle/shape_query.hpp"
 
 // Queries to an index and to a world: one way for both.
 
 namespace jostle::c_api {
 
-template <class Query>
-inline constexpr bool is_line = false;
-template <int Dim, Coordinate T>
-inline constexpr bool is_line<Ray<Dim, T>> = true;
-template <int Dim, Coordinate T>
-inline constexpr bool is_line<Sweep<Dim, T>> = true;
+// --- What is asked ---
 
 template <class Query>
-inline constexpr bool is_nearest = false;
+inline constexpr jostle_query_kind kind_of = 0;
 template <int Dim, Coordinate T>
-inline constexpr bool is_nearest<Nearest<Dim, T>> = true;
+inline constexpr jostle_query_kind kind_of<Ray<Dim, T>> = JOSTLE_RAY;
 template <int Dim, Coordinate T>
-inline constexpr bool is_nearest<NearestToBox<Dim, T>> = true;
+inline constexpr jostle_query_kind kind_of<Sweep<Dim, T>> = JOSTLE_SWEEP;
+template <int Dim, Coordinate T>
+inline constexpr jostle_query_kind kind_of<Aabb<Dim, T>> = JOSTLE_BOX;
+template <int Dim, Coordinate T>
+inline constexpr jostle_query_kind kind_of<Sphere<Dim, T>> = JOSTLE_SPHERE;
+template <int Dim, Coordinate T>
+inline constexpr jostle_query_kind kind_of<Frustum<Dim, T>> = JOSTLE_FRUSTUM;
+template <int Dim, Coordinate T>
+inline constexpr jostle_query_kind kind_of<Nearest<Dim, T>> = JOSTLE_NEAREST;
+template <int Dim, Coordinate T>
+inline constexpr jostle_query_kind kind_of<NearestToBox<Dim, T>> = JOSTLE_NEAREST_TO_BOX;
+template <int Dim, Coordinate T>
+inline constexpr jostle_query_kind kind_of<ShapeSweep<Dim, T>> = JOSTLE_SHAPE_SWEEP;
+template <int Dim, Coordinate T>
+inline constexpr jostle_query_kind kind_of<PosedShape<Dim, T>> = JOSTLE_POSED_SHAPE;
+template <int Dim, Coordinate T>
+inline constexpr jostle_query_kind kind_of<NearestToShape<Dim, T>> = JOSTLE_NEAREST_TO_SHAPE;
 
-// Which kinds a call takes, as bits.
-inline constexpr unsigned lines = 1U << JOSTLE_RAY | 1U << JOSTLE_SWEEP;
-inline constexpr unsigned regions = 1U << JOSTLE_BOX | 1U << JOSTLE_SPHERE | 1U << JOSTLE_FRUSTUM;
-inline constexpr unsigned any_kind = lines | regions | 1U << JOSTLE_NEAREST | 1U << JOSTLE_NEAREST_TO_BOX;
+constexpr bool is_line(jostle_query_kind kind)
+{
+    return kind == JOSTLE_RAY || kind == JOSTLE_SWEEP || kind == JOSTLE_SHAPE_SWEEP;
+}
+constexpr bool is_nearest(jostle_query_kind kind)
+{
+    return kind == JOSTLE_NEAREST || kind == JOSTLE_NEAREST_TO_BOX || kind == JOSTLE_NEAREST_TO_SHAPE;
+}
+constexpr bool has_shape(jostle_query_kind kind)
+{
+    return kind >= JOSTLE_SHAPE_SWEEP && kind <= JOSTLE_NEAREST_TO_SHAPE;
+}
+/// Whether boxes, or the shapes in them, can be asked so at all.
+constexpr bool can_ask(jostle_query_kind kind, bool of_shapes)
+{
+    return of_shapes ? has_shape(kind) || kind == JOSTLE_RAY : !has_shape(kind);
+}
+
+enum class Verb
+{
+    any,
+    count,
+    first,
+    all,
+    visit
+};
+constexpr bool takes(Verb verb, jostle_query_kind kind, bool of_shapes)
+{
+    if (!can_ask(kind, of_shapes)) return false;
+    if (verb == Verb::first) return is_line(kind) || is_nearest(kind);
+    return verb == Verb::all || verb == Verb::visit || !is_nearest(kind);
+}
+
+[[noreturn]] inline void refuse_kind(Verb verb, jostle_query_kind kind, bool of_shapes)
+{
+    constexpr const char* names[] = {"JOSTLE_RAY",
+                                     "JOSTLE_SWEEP",
+                                     "JOSTLE_BOX",
+                                     "JOSTLE_SPHERE",
+                                     "JOSTLE_FRUSTUM",
+                                     "JOSTLE_NEAREST",
+                                     "JOSTLE_NEAREST_TO_BOX",
+                                     "JOSTLE_SHAPE_SWEEP",
+                                     "JOSTLE_POSED_SHAPE",
+                                     "JOSTLE_NEAREST_TO_SHAPE"};
+    std::string text;
+    for (jostle_query_kind one = JOSTLE_RAY; one <= JOSTLE_NEAREST_TO_SHAPE; ++one)
+        if (takes(verb, one, of_shapes))
+            text += (text.empty() ? "" : ", ") + std::string(names[one - JOSTLE_RAY]);
+    refuse("kind is " + std::to_string(kind) + "; this call takes " + text +
+           (of_shapes ? " where objects are given" : " where objects is NULL"));
+}
 
 template <int Dim, Coordinate T>
 constexpr bool laid_out_as_documented()
@@ -50,120 +114,217 @@ constexpr bool laid_out_as_documented()
 }
 static_assert(laid_out_as_documented<2, float>() && laid_out_as_documented<3, float>() &&
               laid_out_as_documented<2, double>() && laid_out_as_documented<3, double>());
-template <class InCpp, class InC>
-constexpr bool laid_out_as_in_c()
-{
-    return sizeof(InCpp) == sizeof(InC) && offsetof(InCpp, count) == offsetof(InC, count) &&
-           offsetof(InCpp, max_distance) == offsetof(InC, max_distance);
-}
-static_assert(laid_out_as_in_c<Nearest<2, float>, jostle_nearest_2f>() &&
-              laid_out_as_in_c<Nearest<3, float>, jostle_nearest_3f>() &&
-              laid_out_as_in_c<Nearest<2, double>, jostle_nearest_2d>() &&
-              laid_out_as_in_c<Nearest<3, double>, jostle_nearest_3d>() &&
-              laid_out_as_in_c<NearestToBox<2, float>, jostle_nearest_to_box_2f>() &&
-              laid_out_as_in_c<NearestToBox<3, float>, jostle_nearest_to_box_3f>() &&
-              laid_out_as_in_c<NearestToBox<2, double>, jostle_nearest_to_box_2d>() &&
-              laid_out_as_in_c<NearestToBox<3, double>, jostle_nearest_to_box_3d>());
 
-/// "JOSTLE_RAY, JOSTLE_SWEEP", for messages.
-inline std::string names_of(unsigned kinds)
+/// The numbers of queries. A stride below the size of a query is a mistake: its last number would be the first
+/// one of the next.
+template <class Row>
+StridedView<Row> view_of_rows(const jostle_values& values)
 {
-    constexpr const char* names[] = {"JOSTLE_RAY",           "JOSTLE_SWEEP",   "JOSTLE_BOX",
-                                     "JOSTLE_SPHERE",        "JOSTLE_FRUSTUM", "JOSTLE_NEAREST",
-                                     "JOSTLE_NEAREST_TO_BOX"};
-    std::string text;
-    for (jostle_question kind = JOSTLE_RAY; kind <= JOSTLE_NEAREST_TO_BOX; ++kind)
-        if ((kinds >> kind & 1U) != 0)
-            text += (text.empty() ? "" : ", ") + std::string(names[kind - JOSTLE_RAY]);
-    return text;
+    const std::uint64_t step = values.stride < 0 ? 0 - static_cast<std::uint64_t>(values.stride)
+                                                 : static_cast<std::uint64_t>(values.stride);
+    if (values.count != 0 && step < sizeof(Row))
+        refuse("the stride of queries is " + std::to_string(values.stride) +
+               " bytes, and a query of this kind is " + std::to_string(sizeof(Row)));
+    return view<Row>(values, "queries");
 }
 
-/// The caller's queries as a span of what they are. `kinds` are those that the call takes. Instantiates
-/// `inside` for all of them: where it can't take one, it must say so with `if constexpr`.
-template <int Dim, Coordinate T, class F>
-void with_questions(jostle_question kind, const void* queries, std::uint64_t count, unsigned kinds,
-                    F&& inside)
-{
-    if (kind < JOSTLE_RAY || kind > JOSTLE_NEAREST_TO_BOX || (kinds >> kind & 1U) == 0)
-        refuse("kind is " + std::to_string(kind) + "; this call takes " + names_of(kinds));
-    if (count > UINT32_MAX) refuse("more than 2^32 - 1 queries", JOSTLE_TOO_MANY_OBJECTS);
-    const auto size = static_cast<std::size_t>(count);
-    const auto ask = [&](auto* typed) { inside(std::span(wanted_array(typed, count, "queries"), size)); };
-    switch (kind) {
-    case JOSTLE_RAY:
-        return ask(static_cast<const Ray<Dim, T>*>(queries));
-    case JOSTLE_SWEEP:
-        return ask(static_cast<const Sweep<Dim, T>*>(queries));
-    case JOSTLE_BOX:
-        return ask(static_cast<const Aabb<Dim, T>*>(queries));
-    case JOSTLE_SPHERE:
-        return ask(static_cast<const Sphere<Dim, T>*>(queries));
-    case JOSTLE_NEAREST:
-        return ask(static_cast<const Nearest<Dim, T>*>(queries));
-    case JOSTLE_NEAREST_TO_BOX:
-        return ask(static_cast<const NearestToBox<Dim, T>*>(queries));
-    default:
-        break;
-    }
-    // Frusta are spans in C++. A few need no memory.
-    const auto* const given = wanted_array_of<jostle_frustum>(queries, count, "queries");
-    const auto frustum_of = [](const jostle_frustum& frustum) {
-        return Frustum<Dim, T>{
-            std::span(wanted_array_of<Plane<Dim, T>>(frustum.planes, frustum.count, "planes"),
-                      static_cast<std::size_t>(frustum.count))};
-    };
-    if (count == 1) {
-        const Frustum<Dim, T> one = frustum_of(given[0]);
-        return inside(std::span(&one, 1));
-    }
-    std::vector<Frustum<Dim, T>> many;
-    many.reserve(size);
-    for (std::size_t i = 0; i < size; ++i)
-        many.push_back(frustum_of(given[i]));
-    inside(std::span<const Frustum<Dim, T>>(many));
-}
-
-/// The caller's filters as C++'s. `Wish` is IndexFilter or WorldFilter, which `Filter` refers to.
-template <class Wish, class Filter>
-class Filters
+/// The queries that C gave, as C++'s. Those that lie in memory as they do in C++ are read in place; of the
+/// others one needs no memory, more are copied.
+template <class Query>
+class Asked
 {
   public:
-    Filters(const jostle_query_filter* filters, std::uint64_t count, std::uint64_t queries)
-    {
-        if (count > 1 && count != queries)
-            refuse("there are " + std::to_string(queries) + " queries and " + std::to_string(count) +
-                       " filters: give none, one, or one for each",
-                   JOSTLE_SIZE_MISMATCH);
-        if (count == 0) return;
-        const auto* const bytes = reinterpret_cast<const unsigned char*>(wanted_array(filters, 1, "filters"));
-        const std::uint64_t size = filters->struct_size;
-        if (size % alignof(jostle_query_filter) != 0)
-            refuse("jostle_query_filter::struct_size is " + std::to_string(size) +
-                   ": set it to sizeof(jostle_query_filter)");
-        for (std::uint64_t i = 0; i < count; ++i) {
-            wishes_.emplace_back(reinterpret_cast<const jostle_query_filter*>(bytes + i * size));
-            filters_.push_back(wishes_.back().filter);
-        }
-    }
-    [[nodiscard]] std::span<const Filter> all() const { return filters_; }
+    /// `limit` is the most answers that are of use of each.
+    Asked(const jostle_queries& given, std::uint64_t count, std::uint64_t limit);
+    Asked(const Asked&) = delete;
+    Asked& operator=(const Asked&) = delete;
+
+    [[nodiscard]] std::span<const Query> all() const { return all_; }
 
   private:
-    std::deque<Wish> wishes_; // which stay where they are
-    std::vector<Filter> filters_;
-};
+    template <class At>
+    void copy(std::size_t count, At&& at)
+    {
+        if (count == 1) {
+            one_ = at(std::size_t{0});
+            all_ = {&one_, 1};
+            return;
+        }
+        many_.reserve(count);
+        for (std::size_t i = 0; i < count; ++i)
+            many_.push_back(at(i));
+        all_ = many_;
+    }
+    template <int Dim, Coordinate T>
+    void read(const jostle_queries& given, std::size_t count, std::uint32_t nearest, const Nearest<Dim, T>*)
+    {
+        const auto rows = view_of_rows<std::array<T, Dim + 1>>(given.values);
+        copy(count, [&](std::size_t i) {
+            Query query{{}, nearest, rows[i].back()};
+            std::copy_n(rows[i].begin(), Dim, query.point.begin());
+            return query;
+        });
+    }
+    template <int Dim, Coordinate T>
+    void read(const jostle_queries& given, std::size_t count, std::uint32_t nearest,
+              const NearestToBox<Dim, T>*)
+    {
+        const auto rows = view_of_rows<std::array<T, 2 * Dim + 1>>(given.values);
+        copy(count, [&](std::size_t i) {
+            Query query{{}, nearest, rows[i].back()};
+            std::copy_n(rows[i].begin(), Dim, query.box.lo.begin());
+            std::copy_n(rows[i].begin() + Dim, Dim, query.box.hi.begin());
+            return query;
+        });
+    }
+    template <int Dim, Coordinate T>
+    void read(const jostle_queries& given, std::size_t count, std::uint32_t, const Frustum<Dim, T>*)
+    {
+        const auto rows = view_of_rows<jostle_frustum>(given.values);
+        copy(count, [&](std::size_t i) {
+            const jostle_frustum& one = rows[i];
+            return Query{std::span(wanted_array_of<Plane<Dim, T>>(one.planes, one.count, "planes"),
+                                   static_cast<std::size_t>(one.count))};
+        });
+    }
+    template <int Dim, Coordinate T>
+    void read(const jostle_queries& given, std::size_t count, std::uint32_t, const ShapeSweep<Dim, T>*)
+    {
+        const auto moving = shapes_of<Dim, T>(given, count, true);
+        const auto ways = view_of_rows<Vec<Dim, T>>(given.values);
+        copy(count, [&](std::size_t i) { return Query{moving.shapes[i], moving.poses[i], ways[i]}; });
+    }
+    template <int Dim, Coordinate T>
+    void read(const jostle_queries& given, std::size_t count, std::uint32_t, const PosedShape<Dim, T>*)
+    {
+        const auto posed = shapes_of<Dim, T>(given, count, false);
+        if (given.values.count != 0) refuse("queries of JOSTLE_POSED_SHAPE have no values");
+        copy(count, [&](std::size_t i) { return Query{posed.shapes[i], posed.poses[i]}; });
+    }
+    template <int Dim, Coordinate T>
+    void read(const jostle_queries& given, std::size_t count, std::uint32_t nearest,
+              const NearestToShape<Dim, T>*)
+    {
+        const auto posed = shapes_of<Dim, T>(given, count, given.values.count != 0);
+        const auto most = view_of_rows<T>(given.values);
+        copy(count, [&](std::size_t i) {
+            return Query{posed.shapes[i], posed.poses[i], nearest,
+                         most.empty() ? std::numeric_limits<T>::infinity() : most[i]};
+        });
+    }
+    /// Rays, sweeps, boxes and spheres.
+    template <class Plain>
+    void read(const jostle_queries& given, std::size_t count, std::uint32_t, const Plain*)
+    {
+        const auto rows = view_of_rows<Query>(given.values);
+        if (given.values.stride == sizeof(Query) || count <= 1)
+            all_ = {static_cast<const Query*>(given.values.data), count};
+        else
+            copy(count, [&](std::size_t i) { return rows[i]; });
+    }
+    template <int Dim, Coordinate T>
+    static Objects<Dim, T> shapes_of(const jostle_queries& given, std::size_t count, bool with_values)
+    {
+        const auto objects = objects_of<Objects, Dim, T>(given.shapes, "the queries' shapes");
+        if (objects.shapes.size() != count || (with_values && given.values.count != count))
+            refuse("the queries have " + std::to_string(objects.shapes.size()) + " shapes, " +
+                       std::to_string(count) + " poses and " + std::to_string(given.values.count) +
+                       " values: give one of each per query",
+                   JOSTLE_SIZE_MISMATCH);
+        return objects;
+    }
 
-/// inside(filter) with a Filter for all queries, or a span with one for each. Wish, Filter: as in Filters.
-template <class Wish, class Filter, class F>
+    Query one_{};
+    std::vector<Query> many_;
+    std::span<const Query> all_;
+};
+template <class Query>
+Asked<Query>::Asked(const jostle_queries& given, std::uint64_t count, std::uint64_t limit)
+{
+    if (!has_shape(kind_of<Query>) && given.shapes != nullptr)
+        refuse("the queries have shapes, but are of a kind that has none");
+    const std::uint64_t nearest = std::min<std::uint64_t>(given.nearest == 0 ? 1 : given.nearest, limit);
+    read(given, static_cast<std::size_t>(count), static_cast<std::uint32_t>(nearest),
+         static_cast<const Query*>(nullptr));
+}
+
+inline std::uint64_t count_of(const jostle_queries* queries)
+{
+    const jostle_queries& given = wanted(queries, "queries");
+    if (!has_shape(given.kind)) return given.values.count;
+    return wanted(given.shapes, "the queries' shapes").poses.count;
+}
+
+/// inside(queries) with the caller's as a span of what they are, if they are such that `verb` takes.
+template <Verb verb, bool of_shapes, int Dim, Coordinate T, class F>
+void with_queries(const jostle_queries* queries, std::uint64_t limit, F&& inside)
+{
+    const jostle_queries& given = wanted(queries, "queries");
+    const auto as = [&]<class Query>(const Query*) {
+        if constexpr (takes(verb, kind_of<Query>, of_shapes)) {
+            const std::uint64_t count = count_of(queries);
+            if (count > UINT32_MAX) refuse("more than 2^32 - 1 queries", JOSTLE_TOO_MANY_OBJECTS);
+            const Asked<Query> asked(given, count, limit);
+            inside(asked.all());
+        } else {
+            refuse_kind(verb, given.kind, of_shapes);
+        }
+    };
+    switch (given.kind) {
+    case JOSTLE_RAY:
+        return as(static_cast<const Ray<Dim, T>*>(nullptr));
+    case JOSTLE_SWEEP:
+        return as(static_cast<const Sweep<Dim, T>*>(nullptr));
+    case JOSTLE_BOX:
+        return as(static_cast<const Aabb<Dim, T>*>(nullptr));
+    case JOSTLE_SPHERE:
+        return as(static_cast<const Sphere<Dim, T>*>(nullptr));
+    case JOSTLE_FRUSTUM:
+        return as(static_cast<const Frustum<Dim, T>*>(nullptr));
+    case JOSTLE_NEAREST:
+        return as(static_cast<const Nearest<Dim, T>*>(nullptr));
+    case JOSTLE_NEAREST_TO_BOX:
+        return as(static_cast<const NearestToBox<Dim, T>*>(nullptr));
+    case JOSTLE_SHAPE_SWEEP:
+        return as(static_cast<const ShapeSweep<Dim, T>*>(nullptr));
+    case JOSTLE_POSED_SHAPE:
+        return as(static_cast<const PosedShape<Dim, T>*>(nullptr));
+    case JOSTLE_NEAREST_TO_SHAPE:
+        return as(static_cast<const NearestToShape<Dim, T>*>(nullptr));
+    default:
+        refuse_kind(verb, given.kind, of_shapes);
+    }
+}
+
+// --- Which objects ---
+
+/// inside(filter) with a Filter for all queries, or a span with one for each. `Wish` makes a Filter of the
+/// caller's, which refers to it.
+template <class Wish, class F>
 void with_filter(const jostle_query_filter* filter, std::uint64_t queries, F&& inside)
 {
+    using Filter = typename Wish::Filter;
     const std::uint64_t count = read_options(filter, "jostle_query_filter").count;
-    if (count > 1) {
-        const Filters<Wish, Filter> wishes(filter, count, queries);
-        inside(wishes.all());
-    } else {
+    if (count <= 1) {
         const Wish wish(filter);
-        inside(std::as_const(wish.filter));
+        return inside(std::as_const(wish.filter));
     }
+    if (count != queries)
+        refuse("there are " + std::to_string(queries) + " queries and " + std::to_string(count) +
+                   " filters: give none, one, or one for each",
+               JOSTLE_SIZE_MISMATCH);
+    const auto* const bytes = reinterpret_cast<const unsigned char*>(filter);
+    const std::uint64_t size = filter->struct_size;
+    if (size % alignof(jostle_query_filter) != 0)
+        refuse("jostle_query_filter::struct_size is " + std::to_string(size) +
+               ": set it to sizeof(jostle_query_filter)");
+    std::deque<Wish> wishes; // which stay where they are
+    std::vector<Filter> filters;
+    for (std::uint64_t i = 0; i < count; ++i) {
+        wishes.emplace_back(reinterpret_cast<const jostle_query_filter*>(bytes + i * size));
+        filters.push_back(wishes.back().filter);
+    }
+    inside(std::span<const Filter>(filters));
 }
 /// That of a single query.
 template <class Filter>
@@ -177,98 +338,118 @@ const Filter& only(std::span<const Filter> filters)
     return filters[0];
 }
 
-inline std::uint64_t plain_id(std::uint32_t id) noexcept
+// --- Answers ---
+
+/// An id of an index; a world's is in world.hpp.
+inline std::uint64_t to_c(std::uint32_t id) noexcept
 {
-    return id;
+    return id == Hit<float>::none ? UINT64_MAX : id;
 }
 
-/// Widens `count` answers that lie at the beginning of `hits` to what the caller is given, in place: the last
-/// first, since none of them is bigger than a jostle_hit.
-template <class Hit, class IdOf>
-void widen(jostle_hit* hits, std::uint64_t count, IdOf id_of)
+/// How an answer lies in C: its id, where it is, and what else is known of it.
+template <class T, class Id>
+double at_of(const Hit<T, Id>& hit) noexcept
 {
-    static_assert(sizeof(Hit) <= sizeof(jostle_hit) && alignof(Hit) <= alignof(jostle_hit));
-    const auto* const bytes = reinterpret_cast<const unsigned char*>(hits);
-    for (std::uint64_t i = count; i-- > 0;) {
-        Hit hit;
-        std::memcpy(static_cast<void*>(&hit), bytes + i * sizeof(Hit), sizeof hit);
-        hits[i] = {id_of(hit.id), hit.at};
-    }
+    return hit.at;
+}
+template <int Dim, class T, class Id>
+double at_of(const ShapeHit<Dim, T, Id>& hit) noexcept
+{
+    return hit.fraction;
+}
+template <int Dim, class T, class Id>
+double at_of(const ShapeDistance<Dim, T, Id>& found) noexcept
+{
+    return found.distance;
+}
+template <int Dim, class T, class Id>
+const CastHit<Dim, T>& details_of(const ShapeHit<Dim, T, Id>& hit) noexcept
+{
+    return hit;
+}
+template <int Dim, class T, class Id>
+const Distance<Dim, T>& details_of(const ShapeDistance<Dim, T, Id>& found) noexcept
+{
+    return found;
+}
+template <class Item>
+concept Detailed = requires(const Item& item) { details_of(item); };
+template <class Item>
+concept Placed = requires(const Item& item) { at_of(item); };
+
+/// What a query finds.
+template <class Structure, class Query, bool of_shapes>
+struct AnswerTo
+{
+    using type = typename Structure::template Answer<Query>;
+};
+template <class Structure, class Query>
+struct AnswerTo<Structure, Query, true>
+{
+    using type = typename Structure::template ShapeAnswer<Query>;
+};
+
+/// What stands where a query finds nothing: as in a batch.
+template <class T, class Id>
+void become_nothing(Hit<T, Id>&) noexcept
+{
+}
+template <int Dim, class T, class Id>
+void become_nothing(ShapeHit<Dim, T, Id>& hit) noexcept
+{
+    hit.fraction = std::numeric_limits<T>::infinity();
+}
+template <int Dim, class T, class Id>
+void become_nothing(ShapeDistance<Dim, T, Id>& found) noexcept
+{
+    found.distance = std::numeric_limits<T>::infinity();
 }
 
-/// One answer of a list, as C sees it.
-template <class Item, class IdOf>
-void append(Lists& lists, std::span<const Item> items, bool more, IdOf id_of)
+/// A hit as C sees it, and its details at their place.
+template <class Item>
+jostle_hit hit_to_c(const Item& item, void* details, std::size_t i)
 {
-    for (const Item& item : items)
-        if constexpr (requires { item.at; }) {
-            lists.ids.push_back(id_of(item.id));
-            lists.at.push_back(item.at);
-        } else {
-            lists.ids.push_back(id_of(item));
+    if constexpr (Detailed<Item>) {
+        if (details != nullptr) {
+            const auto& one = details_of(item);
+            std::memcpy(static_cast<unsigned char*>(details) + i * sizeof one, &one, sizeof one);
         }
+    }
+    return {to_c(item.id), at_of(item)};
+}
+/// One list of answers.
+template <class Item>
+void append(ResultsContent& results, std::span<const Item> items, bool more)
+{
+    Lists& lists = results.lists;
+    for (const Item& item : items) {
+        if constexpr (Placed<Item>) {
+            lists.ids.push_back(to_c(item.id));
+            lists.at.push_back(at_of(item));
+        } else {
+            lists.ids.push_back(to_c(item));
+        }
+        if constexpr (Detailed<Item>) {
+            const auto* const bytes = reinterpret_cast<const std::byte*>(&details_of(item));
+            results.bytes.insert(results.bytes.end(), bytes, bytes + sizeof details_of(item));
+        }
+    }
     lists.more.push_back(more ? 1 : 0);
     lists.first.push_back(lists.ids.size());
 }
-inline void start(Lists& lists, bool has_at)
+/// Makes the lists the result. Their details, if there are, are its blocks.
+template <class Item>
+void show_lists(ResultsContent& results)
 {
-    lists.first.assign(1, 0);
-    lists.ids.clear();
-    lists.at.clear();
-    lists.more.clear();
-    lists.has_at = has_at;
-}
-
-/// Asks `asked` (a BoxIndex or a World) for the first hits.
-template <class Hit, class Asked, class Line, class Filter, class IdOf>
-void ask_first(const Asked& asked, std::span<const Line> queries, const Filter& filter, jostle_hit* out,
-               IdOf id_of)
-{
-    jostle_hit* const hits = wanted_array(out, queries.size(), "hits");
-    if (queries.empty()) return;
-    if (queries.size() == 1) {
-        const auto hit = asked.first(queries.front(), only(filter));
-        const Hit found = hit ? *hit : Hit{};
-        hits[0] = {id_of(found.id), found.at};
-        return;
-    }
-    auto* const narrow = reinterpret_cast<Hit*>(hits);
-    std::uninitialized_default_construct_n(narrow, queries.size());
-    asked.first(queries, std::span(narrow, queries.size()), filter);
-    widen<Hit>(hits, queries.size(), id_of);
-}
-
-template <class Hit, class Id, class Asked, class Query, class Filter, class IdOf>
-void ask_all(const Asked& asked, std::span<const Query> queries, const Filter& filter,
-             std::uint64_t max_results, ResultsContent& results, IdOf id_of)
-{
-    using Item = std::conditional_t<is_line<Query> || is_nearest<Query>, Hit, Id>;
-    if (is_nearest<Query> && max_results != UINT64_MAX)
-        refuse("max_results must be UINT64_MAX: each query says itself how many it wants");
-    results.begin();
-    start(results.lists, !std::same_as<Item, Id>);
-    if (queries.size() == 1) {
-        std::vector<Item> found;
-        bool more = false;
-        if constexpr (is_nearest<Query>)
-            asked.nearest(queries.front(), found, only(filter));
-        else
-            more = asked.all(queries.front(), found, only(filter), max_results);
-        append(results.lists, std::span<const Item>(found), more, id_of);
+    results.lists.has_at = Placed<Item>;
+    if constexpr (Detailed<Item>) {
+        using Details = std::remove_cvref_t<decltype(details_of(std::declval<const Item&>()))>;
+        results.show(
+            std::span(reinterpret_cast<const Details*>(results.bytes.data()), results.lists.ids.size()));
+        results.holds = ResultsContent::Holds::lists_and_blocks;
     } else {
-        ResultLists<Item> found(results.kept.resource());
-        if constexpr (is_nearest<Query>)
-            asked.nearest(queries, found, filter);
-        else
-            asked.all(queries, found, filter, max_results);
-        results.lists.ids.reserve(found.items().size());
-        if (!std::same_as<Item, Id>) results.lists.at.reserve(found.items().size());
-        results.lists.first.reserve(found.size() + 1);
-        results.lists.more.reserve(found.size());
-        for (std::size_t i = 0; i < found.size(); ++i)
-            append(results.lists, found[i], found.more(i), id_of);
+        results.holds = ResultsContent::Holds::lists;
     }
-    results.holds = ResultsContent::Holds::lists;
 }
 
 /// A bound that C has set, rounded up where it is no number of the type.
@@ -279,7 +460,6 @@ T bound_from(double given) noexcept
     return static_cast<double>(bound) < given ? std::nextafter(bound, std::numeric_limits<T>::infinity())
                                               : bound;
 }
-
 /// call(shown) calls the caller's function, which may make the bound that it is shown less.
 template <class T, class Call>
 bool with_bound(T& bound, const Call& call)
@@ -290,62 +470,169 @@ bool with_bound(T& bound, const Call& call)
     return goes_on;
 }
 
-/// Hands the answers to one query to the caller's function. Whether it never said stop.
-template <Coordinate T, class Asked, class Query, class Filter, class IdOf>
-bool ask_visit(const Asked& asked, const Query& query, const Filter& filter,
-               jostle_visit_answer_function visit, void* context, IdOf id_of)
+// --- The verbs. `Wish`, as in with_filter, is the structure's. ---
+
+/// inside(structure, queries, filter, shapes...) with everything in its type, and no shapes where boxes are
+/// asked about.
+template <class Wish, Verb verb, class Content, class F>
+void ask(const Content& content, const jostle_queries* queries, const jostle_objects* objects,
+         const jostle_query_filter* filter, std::uint64_t limit, F&& inside)
 {
-    if constexpr (is_line<Query> || is_nearest<Query>) {
-        return asked.visit(
-            query,
-            [&](const auto& hit, T& bound) {
-                return with_bound(
-                    bound, [&](double* shown) { return visit(context, id_of(hit.id), hit.at, shown); });
-            },
-            only(filter));
-    } else {
-        return asked.visit(
-            query, [&](const auto& id) { return agreed(visit(context, id_of(id), 0, nullptr)); },
-            only(filter));
-    }
+    with_filter<Wish>(filter, count_of(queries), [&](const auto& wish) {
+        content.on([&]<class Structure>(const Structure& structure) {
+            constexpr int dim = Structure::dim;
+            using T = typename Structure::Number;
+            if (objects == nullptr)
+                return with_queries<verb, false, dim, T>(queries, limit,
+                                                         [&](auto asked) { inside(structure, asked, wish); });
+            const typename Structure::Shapes shapes(objects_of<Objects, dim, T>(objects, "objects"));
+            with_queries<verb, true, dim, T>(queries, limit,
+                                             [&](auto asked) { inside(structure, asked, wish, shapes); });
+        });
+    });
+}
+
+template <class Wish, class Content>
+void ask_any(const Content& content, const jostle_queries* queries, const jostle_objects* objects,
+             const jostle_query_filter* filter, std::uint8_t* out)
+{
+    ask<Wish, Verb::any>(content, queries, objects, filter, 0,
+                         [&](const auto& structure, auto asked, const auto& wish, const auto&... shapes) {
+                             std::uint8_t* const any = wanted_array(out, asked.size(), "any");
+                             if (asked.size() == 1)
+                                 any[0] = structure.any(asked.front(), shapes..., only(wish)) ? 1 : 0;
+                             else if (!asked.empty())
+                                 structure.any(asked, shapes..., std::span(any, asked.size()), wish);
+                         });
+}
+template <class Wish, class Content>
+void ask_count(const Content& content, const jostle_queries* queries, const jostle_objects* objects,
+               const jostle_query_filter* filter, std::uint64_t* out)
+{
+    ask<Wish, Verb::count>(content, queries, objects, filter, 0,
+                           [&](const auto& structure, auto asked, const auto& wish, const auto&... shapes) {
+                               std::uint64_t* const counts = wanted_array(out, asked.size(), "counts");
+                               if (asked.size() == 1)
+                                   counts[0] = structure.count(asked.front(), shapes..., only(wish));
+                               else if (!asked.empty())
+                                   structure.count(asked, shapes..., std::span(counts, asked.size()), wish);
+                           });
+}
+template <class Wish, class Content>
+void ask_first(const Content& content, const jostle_queries* queries, const jostle_objects* objects,
+               const jostle_query_filter* filter, jostle_hit* out, void* details)
+{
+    ask<Wish, Verb::first>(
+        content, queries, objects, filter, 1,
+        [&]<class Structure, class Query>(const Structure& structure, std::span<const Query> asked,
+                                          const auto& wish, const auto&... shapes) {
+            constexpr bool nearest = is_nearest(kind_of<Query>);
+            using T = typename Structure::Number;
+            using Found = std::conditional_t<sizeof...(shapes) == 0, typename Structure::Found,
+                                             std::conditional_t<nearest, typename Structure::FoundDistance,
+                                                                typename Structure::FoundShape>>;
+            if constexpr (Detailed<Found>)
+                if (details != nullptr) wanted_array_of<T>(details, asked.size(), "details");
+            jostle_hit* const hits = wanted_array(out, asked.size(), "hits");
+            if (asked.size() == 1) {
+                std::optional<Found> found;
+                if constexpr (nearest)
+                    found = structure.nearest(asked.front(), shapes..., only(wish));
+                else
+                    found = structure.first(asked.front(), shapes..., only(wish));
+                if (!found) become_nothing(found.emplace());
+                hits[0] = hit_to_c(*found, details, 0);
+                return;
+            }
+            std::vector<Found> found(asked.size());
+            if constexpr (nearest)
+                structure.nearest(asked, shapes..., std::span(found), wish);
+            else
+                structure.first(asked, shapes..., std::span(found), wish);
+            for (std::size_t i = 0; i < found.size(); ++i)
+                hits[i] = hit_to_c(found[i], details, i);
+        });
+}
+template <class Wish, class Content>
+void ask_all(const Content& content, const jostle_queries* queries, const jostle_objects* objects,
+             const jostle_query_filter* filter, std::uint64_t max_results, ResultsContent& results)
+{
+    results.begin();
+    ask<Wish, Verb::all>(
+        content, queries, objects, filter, max_results,
+        [&]<class Structure, class Query>(const Structure& structure, std::span<const Query> asked,
+                                          const auto& wish, const auto&... shapes) {
+            using Item = typename AnswerTo<Structure, Query, sizeof...(shapes) != 0>::type;
+            results.lists.start();
+            results.bytes.clear();
+            if (asked.size() == 1) {
+                std::vector<Item> found;
+                bool more = false;
+                if constexpr (is_nearest(kind_of<Query>))
+                    structure.nearest(asked.front(), shapes..., found, only(wish));
+                else
+                    more = structure.all(asked.front(), shapes..., found, only(wish), max_results);
+                append(results, std::span<const Item>(found), more);
+            } else {
+                ResultLists<Item> found(results.kept.resource());
+                if constexpr (is_nearest(kind_of<Query>))
+                    structure.nearest(asked, shapes..., found, wish);
+                else
+                    structure.all(asked, shapes..., found, wish, max_results);
+                results.lists.ids.reserve(found.items().size());
+                for (std::size_t i = 0; i < found.size(); ++i)
+                    append(results, found[i], found.more(i));
+            }
+            show_lists<Item>(results);
+        });
+}
+/// Hands the answers to one query to the caller's function. Whether it never said stop.
+template <class Wish, class Content>
+bool ask_visit(const Content& content, const jostle_queries* queries, const jostle_objects* objects,
+               const jostle_query_filter* filter, jostle_visit_answer_function visit, void* context)
+{
+    if (count_of(queries) != 1)
+        refuse("there are " + std::to_string(count_of(queries)) + " queries: a visit takes one",
+               JOSTLE_SIZE_MISMATCH);
+    bool finished = true;
+    ask<Wish, Verb::visit>(
+        content, queries, objects, filter, UINT32_MAX,
+        [&]<class Structure, class Query>(const Structure& structure, std::span<const Query> asked,
+                                          const auto& wish, const auto&... shapes) {
+            using Item = typename AnswerTo<Structure, Query, sizeof...(shapes) != 0>::type;
+            if constexpr (Placed<Item>) {
+                const auto hand_over = [&](const Item& item, typename Structure::Number& bound) {
+                    const void* details = nullptr;
+                    if constexpr (Detailed<Item>) details = &details_of(item);
+                    return with_bound(bound, [&](double* shown) {
+                        return visit(context, to_c(item.id), at_of(item), details, shown);
+                    });
+                };
+                finished = structure.visit(asked.front(), shapes..., hand_over, only(wish));
+            } else {
+                const auto hand_over = [&](const Item& id) {
+                    return agreed(visit(context, to_c(id), 0, nullptr, nullptr));
+                };
+                finished = structure.visit(asked.front(), shapes..., hand_over, only(wish));
+            }
+        });
+    return finished;
 }
 
 /// Hands the closest pairs to the caller's function. Whether it never said stop.
-template <Coordinate T, class Asked, class IdOf>
-bool ask_closest(const Asked& asked, const Asked& other, double max_distance,
-                 jostle_visit_close_pair_function visit, void* context, IdOf id_of)
+template <class Structure>
+bool ask_closest(const Structure& structure, const Structure& other, double max_distance,
+                 jostle_visit_close_pair_function visit, void* context)
 {
-    return asked.closest_pairs(
+    using T = typename Structure::Number;
+    return structure.closest_pairs(
         other,
         [&](const auto& hit, T& bound) {
             return with_bound(bound, [&](double* shown) {
-                return visit(context, id_of(hit.a), id_of(hit.b), hit.at, shown);
+                return visit(context, to_c(hit.a), to_c(hit.b), hit.at, shown);
             });
         },
         static_cast<T>(max_distance));
-}
-
-template <class Asked, class Query, class Filter>
-void ask_any(const Asked& asked, std::span<const Query> queries, const Filter& filter, std::uint8_t* out)
-{
-    std::uint8_t* const any = wanted_array(out, queries.size(), "any");
-    if constexpr (!is_nearest<Query>) {
-        if (queries.size() == 1)
-            any[0] = asked.any(queries.front(), only(filter)) ? 1 : 0;
-        else if (!queries.empty())
-            asked.any(queries, std::span(any, queries.size()), filter);
-    }
-}
-template <class Asked, class Query, class Filter>
-void ask_count(const Asked& asked, std::span<const Query> queries, const Filter& filter, std::uint64_t* out)
-{
-    std::uint64_t* const counts = wanted_array(out, queries.size(), "counts");
-    if constexpr (!is_nearest<Query>) {
-        if (queries.size() == 1)
-            counts[0] = asked.count(queries.front(), only(filter));
-        else if (!queries.empty())
-            asked.count(queries, std::span(counts, queries.size()), filter);
-    }
 }
 
 } // namespace jostle::c_api

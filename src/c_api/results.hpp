@@ -16,6 +16,16 @@ struct Lists
     std::vector<double> at;
     std::vector<std::uint8_t> more;
     bool has_at = false;
+
+    /// Before the first list.
+    void start()
+    {
+        first.assign(1, 0);
+        ids.clear();
+        at.clear();
+        more.clear();
+        has_at = false;
+    }
 };
 
 /// What one call found.

@@ -16,7 +16,7 @@
 
 // What is behind a jostle_world. Its functions are in the files world*.cpp: what makes a world and updates it
 // in world.cpp, what is done to objects in world_commands.cpp, what is known of them in world_objects.cpp,
-// what an update found in world_pairs.cpp, rays, regions and the like in world_questions.cpp.
+// what an update found in world_pairs.cpp, queries in world_queries.cpp.
 
 namespace jostle::c_api {
 

@@ -133,11 +133,11 @@ jostle_status jostle_world_touching(const jostle_world* world, const jostle_id* 
         const std::vector<std::uint64_t>& listed = into.lists.ids;
         if (!less(ids, listed.data()) && less(ids, listed.data() + listed.size()))
             std::swap(before, into.lists);
-        start(into.lists, false);
+        into.lists.start();
         std::vector<ObjectId> others;
         read_each(world, ids, count, [&](const auto& typed, ObjectId id, std::size_t) {
             typed.touching(id, others);
-            append(into.lists, std::span<const ObjectId>(others), false, to_c);
+            append(into, std::span<const ObjectId>(others), false);
         });
         into.holds = ResultsContent::Holds::lists;
     });

@@ -337,7 +337,22 @@ typedef struct
     int good;
 } visited;
 
-static int32_t count_visit(void* context, uint64_t id, double at, double* bound)
+/* The nearest shapes come as in the list. */
+typedef struct closest_three
+{
+    const jostle_lists* lists;
+    uint64_t next;
+} closest_three;
+static int32_t visit_closest(void* context, uint64_t id, double at, const void* details, double* bound)
+{
+    closest_three* seen = context;
+    CHECK(id == seen->lists->ids[seen->next] && at == seen->lists->at[seen->next] && *bound >= at);
+    CHECK(*(const float*)details == (float)at);
+    ++seen->next;
+    return 1;
+}
+
+static int32_t count_visit(void* context, uint64_t id, double at, const void* details, double* bound)
 {
     visited* const seen = context;
     uint64_t k = seen->begin + seen->calls++;
@@ -347,24 +362,25 @@ static int32_t count_visit(void* context, uint64_t id, double at, double* bound)
     seen->good += k < seen->end &&
                   (seen->of_world ? seen->ids[seen->lists->ids[k]] : seen->lists->ids[k]) == id &&
                   (seen->lists->at == NULL ? bound == NULL : seen->lists->at[k] == at && *bound >= at);
+    CHECK(details == NULL);
     return 1;
 }
-static int32_t stop_visit(void* context, uint64_t id, double at, double* bound)
+static int32_t stop_visit(void* context, uint64_t id, double at, const void* details, double* bound)
 {
-    (void)id, (void)at, (void)bound;
+    (void)id, (void)at, (void)details, (void)bound;
     ++((visited*)context)->calls;
     return 0;
 }
-static int32_t shrink_visit(void* context, uint64_t id, double at, double* bound)
+static int32_t shrink_visit(void* context, uint64_t id, double at, const void* details, double* bound)
 {
-    (void)id;
+    (void)id, (void)details;
     ++((visited*)context)->calls;
     *bound = at;
     return 1;
 }
-static int32_t failing_visit(void* context, uint64_t id, double at, double* bound)
+static int32_t failing_visit(void* context, uint64_t id, double at, const void* details, double* bound)
 {
-    (void)context, (void)id, (void)at, (void)bound;
+    (void)context, (void)id, (void)at, (void)details, (void)bound;
     return -3;
 }
 
@@ -500,30 +516,30 @@ static void test_images(jostle_space space)
     OK(jostle_results_free(pairs, &error));
 }
 
+/* One of some queries. */
+static jostle_queries query_of(const jostle_queries* all, int i)
+{
+    jostle_queries one = *all;
+    one.values.data = (const char*)all->values.data + i * all->values.stride;
+    one.values.count = 1;
+    return one;
+}
+
 static void check_answers(jostle_space space, const jostle_index* index, const jostle_world* world,
                           const jostle_id* ids, const numbers* memory)
 {
     const int dim = dim_of(space), asked = 3;
-    numbers questions;
+    numbers given;
     jostle_frustum frusta[3];
-    jostle_nearest_2f near_2f[3];
-    jostle_nearest_3f near_3f[3];
-    jostle_nearest_2d near_2d[3];
-    jostle_nearest_3d near_3d[3];
-    jostle_nearest_to_box_2f beside_2f[3];
-    jostle_nearest_to_box_3f beside_3f[3];
-    jostle_nearest_to_box_2d beside_2d[3];
-    jostle_nearest_to_box_3d beside_3d[3];
     jostle_results *of_index, *of_world;
     int32_t any_finished;
     OK(jostle_results_new(NULL, &of_index, &error));
     OK(jostle_results_new(NULL, &of_world, &error));
-    for (jostle_question kind = JOSTLE_RAY; kind <= JOSTLE_NEAREST_TO_BOX; ++kind) {
+    for (jostle_query_kind kind = JOSTLE_RAY; kind <= JOSTLE_NEAREST_TO_BOX; ++kind) {
         const int nearest = kind == JOSTLE_NEAREST || kind == JOSTLE_NEAREST_TO_BOX;
-        const int sizes[] = {0, 2 * dim + 1, 3 * dim + 1, 2 * dim, dim + 1, dim + 1, dim, 2 * dim};
-        const void* array = questions.f;
-        const char* one_question;
-        int64_t step = sizes[kind] * number_size(space);
+        const int sizes[] = {0, 2 * dim + 1, 3 * dim + 1, 2 * dim, dim + 1, dim + 1, dim + 1, 2 * dim + 1};
+        const int64_t step = sizes[kind] * number_size(space);
+        jostle_queries queries = {0}, two, one;
         jostle_lists lists, same;
         jostle_hit hits[3], world_hits[3];
         uint8_t any[3], world_any[3];
@@ -532,59 +548,29 @@ static void check_answers(jostle_space space, const jostle_index* index, const j
         int i, d;
         for (i = 0; i < asked; ++i) {
             for (d = 0; d < sizes[kind]; ++d)
-                set_number(space, &questions, i * sizes[kind] + d, 1 + i + next_random());
+                set_number(space, &given, i * sizes[kind] + d, 1 + i + next_random());
             if (kind == JOSTLE_SWEEP || kind == JOSTLE_BOX || kind == JOSTLE_NEAREST_TO_BOX)
                 for (d = 0; d < dim; ++d)
-                    set_number(space, &questions, i * sizes[kind] + dim + d, 4 + i + next_random());
-            for (d = 0; d < dim; ++d) {
-                near_2f[i].point[d % 2] = near_3f[i].point[d] = questions.f[i * sizes[kind] + d];
-                near_2d[i].point[d % 2] = near_3d[i].point[d] = questions.d[i * sizes[kind] + d];
-            }
-            near_2f[i].count = near_3f[i].count = near_2d[i].count = near_3d[i].count = 7;
-            near_2f[i].max_distance = near_3f[i].max_distance = 3;
-            near_2d[i].max_distance = near_3d[i].max_distance = 3;
-            for (d = 0; d < dim; ++d) {
-                beside_2f[i].lo[d % 2] = beside_3f[i].lo[d] = questions.f[i * sizes[kind] + d];
-                beside_2d[i].lo[d % 2] = beside_3d[i].lo[d] = questions.d[i * sizes[kind] + d];
-                beside_2f[i].hi[d % 2] = beside_3f[i].hi[d] = questions.f[i * sizes[kind] + dim + d];
-                beside_2d[i].hi[d % 2] = beside_3d[i].hi[d] = questions.d[i * sizes[kind] + dim + d];
-            }
-            beside_2f[i].count = beside_3f[i].count = beside_2d[i].count = beside_3d[i].count = 7;
-            beside_2f[i].max_distance = beside_3f[i].max_distance = 3;
-            beside_2d[i].max_distance = beside_3d[i].max_distance = 3;
+                    set_number(space, &given, i * sizes[kind] + dim + d, 4 + i + next_random());
+            if (nearest) set_number(space, &given, i * sizes[kind] + sizes[kind] - 1, 3);
             if (kind == JOSTLE_FRUSTUM) { /* dim + 1 numbers are one plane */
-                set_number(space, &questions, i * sizes[kind] + dim - 1, -1);
-                frusta[i].planes = (const char*)questions.f + i * step;
+                set_number(space, &given, i * sizes[kind] + dim - 1, -1);
+                frusta[i].planes = (const char*)given.f + i * step;
                 frusta[i].count = 1;
             }
         }
-        if (kind == JOSTLE_FRUSTUM) {
-            array = frusta;
-            step = sizeof frusta[0];
-        } else if (kind == JOSTLE_NEAREST_TO_BOX) {
-            array = space == JOSTLE_2F   ? (const void*)beside_2f
-                    : space == JOSTLE_3F ? (const void*)beside_3f
-                    : space == JOSTLE_2D ? (const void*)beside_2d
-                                         : (const void*)beside_3d;
-            step = space == JOSTLE_2F   ? sizeof beside_2f[0]
-                   : space == JOSTLE_3F ? sizeof beside_3f[0]
-                   : space == JOSTLE_2D ? sizeof beside_2d[0]
-                                        : sizeof beside_3d[0];
-        } else if (kind == JOSTLE_NEAREST) {
-            array = space == JOSTLE_2F   ? (const void*)near_2f
-                    : space == JOSTLE_3F ? (const void*)near_3f
-                    : space == JOSTLE_2D ? (const void*)near_2d
-                                         : (const void*)near_3d;
-            step = space == JOSTLE_2F   ? sizeof near_2f[0]
-                   : space == JOSTLE_3F ? sizeof near_3f[0]
-                   : space == JOSTLE_2D ? sizeof near_2d[0]
-                                        : sizeof near_3d[0];
-        }
-        OK(jostle_index_all(index, kind, array, 3, NULL, UINT64_MAX, of_index, &error));
-        OK(jostle_world_all(world, kind, array, 3, NULL, UINT64_MAX, of_world, &error));
+        queries.kind = kind;
+        queries.nearest = nearest ? 7 : 0;
+        queries.values.data = kind == JOSTLE_FRUSTUM ? (const void*)frusta : given.f;
+        queries.values.count = 3;
+        queries.values.stride = kind == JOSTLE_FRUSTUM ? (int64_t)sizeof frusta[0] : step;
+        two = queries;
+        two.values.count = 2;
+        OK(jostle_index_all(index, &queries, NULL, NULL, UINT64_MAX, of_index, &error));
+        OK(jostle_world_all(world, &queries, NULL, NULL, UINT64_MAX, of_world, &error));
         OK(jostle_results_lists(of_index, &lists, &error));
         OK(jostle_results_lists(of_world, &same, &error));
-        CHECK(lists.questions == 3 && same.questions == 3 && lists.count == same.count && lists.count > 0);
+        CHECK(lists.queries == 3 && same.queries == 3 && lists.count == same.count && lists.count > 0);
         CHECK((lists.at != NULL) == (kind == JOSTLE_RAY || kind == JOSTLE_SWEEP || nearest));
         for (q = 0; q < lists.count && q < same.count; ++q) {
             CHECK(same.ids[q] == ids[lists.ids[q]]);
@@ -592,15 +578,14 @@ static void check_answers(jostle_space space, const jostle_index* index, const j
         }
         for (i = 0; i < asked; ++i) { /* box by box */
             uint64_t found = 0;
-            one_question = (const char*)array + i * step;
+            one = query_of(&queries, i);
             for (d = 0; d < boxes_made; ++d) {
-                int32_t answers;
+                uint8_t answers;
                 double at;
                 uint64_t k;
-                OK(jostle_box_answers(space, kind, one_question,
-                                      (const char*)memory->f + d * 2 * dim * number_size(space), &answers,
-                                      &at, &error));
-                found += (uint64_t)answers;
+                OK(jostle_box_answers(space, &one, (const char*)memory->f + d * 2 * dim * number_size(space),
+                                      &answers, &at, &error));
+                found += answers;
                 for (k = lists.first[i]; k < lists.first[i + 1]; ++k)
                     if (lists.ids[k] == (uint64_t)d) {
                         CHECK(answers && (lists.at == NULL || lists.at[k] == at));
@@ -614,64 +599,84 @@ static void check_answers(jostle_space space, const jostle_index* index, const j
         for (i = 0; i < asked; ++i) { /* one by one */
             visited seen = {&lists, ids, lists.first[i], lists.first[i + 1], lists.at == NULL, 0, 0, 0};
             int32_t finished = 7;
-            one_question = (const char*)array + i * step;
-            OK(jostle_index_visit(index, kind, one_question, NULL, count_visit, &seen, &finished, &error));
+            one = query_of(&queries, i);
+            OK(jostle_index_visit(index, &one, NULL, NULL, count_visit, &seen, &finished, &error));
             CHECK(finished == 1 && seen.good == (int)seen.calls);
             CHECK(seen.calls == lists.first[i + 1] - lists.first[i]);
             seen.calls = 0, seen.good = 0, seen.of_world = 1;
-            OK(jostle_world_visit(world, kind, one_question, NULL, count_visit, &seen, &finished, &error));
+            OK(jostle_world_visit(world, &one, NULL, NULL, count_visit, &seen, &finished, &error));
             CHECK(finished == 1 && seen.good == (int)seen.calls);
             CHECK(seen.calls == lists.first[i + 1] - lists.first[i]);
             if (seen.calls == 0) continue;
             seen.end = seen.begin + 1, seen.calls = 0;
-            OK(jostle_index_visit(index, kind, one_question, NULL, stop_visit, &seen, &finished, &error));
+            OK(jostle_index_visit(index, &one, NULL, NULL, stop_visit, &seen, &finished, &error));
             CHECK(finished == 0 && seen.calls == 1);
-            OK(jostle_world_visit(world, kind, one_question, NULL, stop_visit, &seen, &finished, &error));
+            OK(jostle_world_visit(world, &one, NULL, NULL, stop_visit, &seen, &finished, &error));
             CHECK(finished == 0 && seen.calls == 2);
             if (lists.at == NULL) continue;
             seen.calls = 0;
-            OK(jostle_index_visit(index, kind, one_question, NULL, shrink_visit, &seen, &finished, &error));
+            OK(jostle_index_visit(index, &one, NULL, NULL, shrink_visit, &seen, &finished, &error));
             CHECK(finished == 1 && seen.calls > 0);
             for (q = lists.first[i]; q < lists.first[i + 1]; ++q)
                 CHECK((q - lists.first[i] < seen.calls) == (lists.at[q] <= lists.at[lists.first[i]]));
-            CHECK(jostle_index_visit(index, kind, one_question, NULL, failing_visit, &seen, &finished,
-                                     &error) == JOSTLE_CALLBACK_FAILED);
+            CHECK(jostle_index_visit(index, &one, NULL, NULL, failing_visit, &seen, &finished, &error) ==
+                  JOSTLE_CALLBACK_FAILED);
         }
-        FAILS(jostle_index_visit(index, kind, NULL, NULL, count_visit, NULL, &any_finished, &error),
+        FAILS(jostle_index_visit(index, NULL, NULL, NULL, count_visit, NULL, &any_finished, &error),
               JOSTLE_INVALID_ARGUMENT, "queries");
-        FAILS(jostle_world_visit(world, kind, array, NULL, NULL, NULL, &any_finished, &error),
+        FAILS(jostle_world_visit(world, &one, NULL, NULL, NULL, NULL, &any_finished, &error),
               JOSTLE_INVALID_ARGUMENT, "visit");
-        if (nearest) {
-            FAILS(jostle_index_any(index, kind, array, 3, NULL, any, &error), JOSTLE_INVALID_ARGUMENT,
-                  "kind");
-            FAILS(jostle_index_all(index, kind, array, 3, NULL, 2, of_index, &error), JOSTLE_INVALID_ARGUMENT,
-                  "max_results");
-            continue;
-        }
-        OK(jostle_index_any(index, kind, array, 3, NULL, any, &error));
-        OK(jostle_world_any(world, kind, array, 3, NULL, world_any, &error));
-        OK(jostle_index_count(index, kind, array, 3, NULL, counts, &error));
-        OK(jostle_world_count(world, kind, array, 3, NULL, world_counts, &error));
-        for (i = 0; i < asked; ++i) {
-            CHECK(counts[i] == lists.first[i + 1] - lists.first[i] && world_counts[i] == counts[i]);
-            CHECK(any[i] == (counts[i] != 0) && world_any[i] == any[i]);
-        }
+        FAILS(jostle_world_visit(world, &two, NULL, NULL, count_visit, NULL, &any_finished, &error),
+              JOSTLE_SIZE_MISMATCH, "2 queries");
+        one = queries;
+        one.values.stride -= 4; /* as if a number were missing */
+        FAILS(jostle_index_all(index, &one, NULL, NULL, UINT64_MAX, of_world, &error),
+              JOSTLE_INVALID_ARGUMENT, "the stride of queries");
+        /* Backwards, and from memory where each has more behind it. */
+        one = query_of(&queries, 2);
+        one.values.count = 3;
+        one.values.stride = -queries.values.stride;
+        OK(jostle_index_all(index, &one, NULL, NULL, UINT64_MAX, of_world, &error));
+        OK(jostle_results_lists(of_world, &same, &error));
+        for (i = 0; i < asked; ++i)
+            CHECK(same.first[3 - i] - same.first[2 - i] == lists.first[i + 1] - lists.first[i] &&
+                  memcmp(same.ids + same.first[2 - i], lists.ids + lists.first[i],
+                         (size_t)(lists.first[i + 1] - lists.first[i]) * sizeof *lists.ids) == 0);
         if (lists.at != NULL) {
-            OK(jostle_index_first(index, kind, array, 3, NULL, hits, &error));
-            OK(jostle_world_first(world, kind, array, 3, NULL, world_hits, &error));
+            OK(jostle_index_first(index, &queries, NULL, NULL, hits, NULL, &error));
+            OK(jostle_world_first(world, &queries, NULL, NULL, world_hits, NULL, &error));
             for (i = 0; i < asked; ++i)
-                if (counts[i] == 0)
+                if (lists.first[i] == lists.first[i + 1])
                     CHECK(hits[i].id == UINT64_MAX && world_hits[i].id == 0);
                 else {
                     CHECK(hits[i].id == lists.ids[lists.first[i]] && hits[i].at == lists.at[lists.first[i]]);
                     CHECK(world_hits[i].id == ids[hits[i].id] && world_hits[i].at == hits[i].at);
                 }
-            OK(jostle_index_first(index, kind, (const char*)array + step, 1, NULL, &world_hits[0], &error));
+            one = query_of(&queries, 1);
+            OK(jostle_index_first(index, &one, NULL, NULL, &world_hits[0], NULL, &error));
             CHECK(world_hits[0].id == hits[1].id &&
                   world_hits[0].at == hits[1].at); /* alone, as in the batch */
         } else {
-            FAILS(jostle_world_first(world, kind, array, 3, NULL, hits, &error), JOSTLE_INVALID_ARGUMENT,
+            FAILS(jostle_world_first(world, &queries, NULL, NULL, hits, NULL, &error),
+                  JOSTLE_INVALID_ARGUMENT, "kind");
+        }
+        if (nearest) {
+            FAILS(jostle_index_any(index, &queries, NULL, NULL, any, &error), JOSTLE_INVALID_ARGUMENT,
                   "kind");
+            OK(jostle_index_all(index, &queries, NULL, NULL, 2, of_world, &error));
+            OK(jostle_results_lists(of_world, &same, &error));
+            for (i = 0; i < asked; ++i)
+                CHECK(same.first[i + 1] - same.first[i] <= 2 &&
+                      same.ids[same.first[i]] == lists.ids[lists.first[i]]);
+            continue;
+        }
+        OK(jostle_index_any(index, &queries, NULL, NULL, any, &error));
+        OK(jostle_world_any(world, &queries, NULL, NULL, world_any, &error));
+        OK(jostle_index_count(index, &queries, NULL, NULL, counts, &error));
+        OK(jostle_world_count(world, &queries, NULL, NULL, world_counts, &error));
+        for (i = 0; i < asked; ++i) {
+            CHECK(counts[i] == lists.first[i + 1] - lists.first[i] && world_counts[i] == counts[i]);
+            CHECK(any[i] == (counts[i] != 0) && world_any[i] == any[i]);
         }
         /* Filters, and lists that are cut short. */
         if (counts[0] > 1) {
@@ -681,15 +686,16 @@ static void check_answers(jostle_space space, const jostle_index* index, const j
             memset(&filter, 0, sizeof filter);
             filter.struct_size = sizeof filter;
             filter.exclude = &excluded;
-            OK(jostle_index_count(index, kind, array, 1, &filter, &left, &error));
+            one = query_of(&queries, 0);
+            OK(jostle_index_count(index, &one, NULL, &filter, &left, &error));
             CHECK(left == counts[0] - 1);
             filter.exclude = &excluded_object;
-            OK(jostle_world_count(world, kind, array, 1, &filter, &left, &error));
+            OK(jostle_world_count(world, &one, NULL, &filter, &left, &error));
             CHECK(left == counts[0] - 1);
-            OK(jostle_index_all(index, kind, array, 1, NULL, 1, of_world, &error));
+            OK(jostle_index_all(index, &one, NULL, NULL, 1, of_world, &error));
             OK(jostle_results_lists(of_world, &same, &error));
             CHECK(same.count == 1 && same.more[0] == 1);
-            /* A filter for each question. */
+            /* A filter for each query. */
             {
                 jostle_query_filter each[3];
                 uint64_t alone[3], together[3];
@@ -699,17 +705,18 @@ static void check_answers(jostle_space space, const jostle_index* index, const j
                     each[i].struct_size = sizeof each[i];
                     if (i != 1) each[i].exclude = &excluded;
                 }
-                for (i = 0; i < 3; ++i)
-                    OK(jostle_index_count(index, kind, (const char*)array + i * step, 1, &each[i], &alone[i],
-                                          &error));
+                for (i = 0; i < 3; ++i) {
+                    one = query_of(&queries, (int)i);
+                    OK(jostle_index_count(index, &one, NULL, &each[i], &alone[i], &error));
+                }
                 each[0].count = 3;
-                OK(jostle_index_count(index, kind, array, 3, each, together, &error));
+                OK(jostle_index_count(index, &queries, NULL, each, together, &error));
                 CHECK(memcmp(alone, together, sizeof alone) == 0 && together[0] == counts[0] - 1 &&
                       together[1] == counts[1]);
                 each[0].exclude = each[2].exclude = &excluded_object;
-                OK(jostle_world_count(world, kind, array, 3, each, together, &error));
+                OK(jostle_world_count(world, &queries, NULL, each, together, &error));
                 CHECK(memcmp(alone, together, sizeof alone) == 0);
-                FAILS(jostle_index_count(index, kind, array, 2, each, together, &error), JOSTLE_SIZE_MISMATCH,
+                FAILS(jostle_index_count(index, &two, NULL, each, together, &error), JOSTLE_SIZE_MISMATCH,
                       "2 queries and 3 filters");
             }
         }
@@ -842,7 +849,7 @@ static void test_index_and_world(jostle_space space)
         CHECK(finished == 0 && visited == 3);
         OK(jostle_world_touching(world, ids, boxes_made, results, &error));
         OK(jostle_results_lists(results, &lists, &error));
-        CHECK(lists.questions == boxes_made && lists.count == 2 * right.count && lists.at == NULL);
+        CHECK(lists.queries == boxes_made && lists.count == 2 * right.count && lists.at == NULL);
         OK(jostle_world_bounds_of_all(world, &any, read.f, &error));
         CHECK(any == 1);
         OK(jostle_world_report_again(world, ids, NULL, boxes_made, &error));
@@ -941,6 +948,7 @@ static void test_index_and_world(jostle_space space)
         jostle_world_options with;
         jostle_query_layer layers[9];
         jostle_query_filter by_layer;
+        jostle_queries region = {0};
         jostle_asker asker;
         uint64_t found[2];
         const double everywhere[6] = {-1e9, -1e9, dim == 2 ? 1e9 : -1e9, 1e9, 1e9, 1e9};
@@ -967,9 +975,11 @@ static void test_index_and_world(jostle_space space)
         memset(&by_layer, 0, sizeof by_layer);
         by_layer.struct_size = sizeof by_layer;
         by_layer.asker = &asker;
-        OK(jostle_world_count(layered, JOSTLE_BOX,
-                              number_size(space) == 4 ? (const void*)everywhere_f : (const void*)everywhere,
-                              1, &by_layer, found, &error));
+        region.kind = JOSTLE_BOX;
+        region.values.data = number_size(space) == 4 ? (const void*)everywhere_f : (const void*)everywhere;
+        region.values.count = 1;
+        region.values.stride = 2 * dim * number_size(space);
+        OK(jostle_world_count(layered, &region, NULL, &by_layer, found, &error));
         CHECK(found[0] == boxes_made);
         OK(jostle_world_free(layered, &error));
     }
@@ -994,11 +1004,11 @@ static void test_index_and_world(jostle_space space)
         const jostle_ended_pair* ended;
         OK(jostle_world_touching(world, ids, boxes_made, results, &error));
         OK(jostle_results_lists(results, &lists, &error));
-        CHECK(lists.questions == boxes_made && lists.at == NULL);
+        CHECK(lists.queries == boxes_made && lists.at == NULL);
         OK(jostle_world_pairs(world, expected, &error));
         OK(jostle_results_blocks(expected, &pairs, &error));
         CHECK(lists.count == 2 * pairs.count && pairs.count > 0);
-        for (i = 0; i < lists.questions; ++i)
+        for (i = 0; i < lists.queries; ++i)
             if (lists.first[i + 1] > lists.first[i]) break;
         OK(jostle_world_report_again(world, &ids[i], NULL, 1, &error));
         all = lists.first[i + 1] - lists.first[i];
@@ -1096,20 +1106,24 @@ static void test_index_and_world(jostle_space space)
     CHECK(some[0] == 0);
     {
         jostle_query_filter filter;
+        jostle_queries region = {0};
         uint8_t any;
+        region.kind = JOSTLE_BOX;
+        region.values.data = memory.f;
+        region.values.count = 1;
+        region.values.stride = 2 * dim * number_size(space);
         memset(&filter, 0, sizeof filter);
         filter.struct_size = sizeof filter;
         filter.accept = fail_answer;
         OK(jostle_index_build(index, NULL, &boxes, &error));
-        FAILS(jostle_index_any(index, JOSTLE_BOX, memory.f, 1, &filter, &any, &error), JOSTLE_CALLBACK_FAILED,
-              "-11");
+        FAILS(jostle_index_any(index, &region, NULL, &filter, &any, &error), JOSTLE_CALLBACK_FAILED, "-11");
         FAILS(jostle_world_join(fork, &boxes, &filter, results, &error), JOSTLE_CALLBACK_FAILED, "-11");
         filter.accept = NULL;
         filter.owner.data = plain;
         filter.owner.count = boxes_made;
         filter.owner.stride = 4;
-        FAILS(jostle_world_any(world, JOSTLE_BOX, memory.f, 1, &filter, &any, &error),
-              JOSTLE_INVALID_ARGUMENT, "world knows");
+        FAILS(jostle_world_any(world, &region, NULL, &filter, &any, &error), JOSTLE_INVALID_ARGUMENT,
+              "world knows");
     }
     OK(jostle_world_free(fork, &error));
     {
@@ -1437,17 +1451,21 @@ static void test_shapes_and_contacts(void)
             jostle_index* shape_index = NULL;
             jostle_world* shape_world = NULL;
             jostle_boxes boxes_of_shapes;
-            jostle_casts casts;
+            jostle_queries casts = {0}, near = {0};
+            jostle_shapes* one_shape = NULL;
             jostle_lists lists;
             jostle_blocks all_blocks;
-            jostle_query_filter filters[2];
-            jostle_id world_ids[3], hit_ids[3];
-            uint64_t ids[3], at_most_first = 0;
+            jostle_query_filter filters[3];
+            jostle_id world_ids[3];
+            jostle_hit found[3];
+            uint64_t left_out = 2;
+            uint64_t numbers_of[3];
+            uint8_t any[3];
+            int32_t finished = 7;
             float distances[3][10];
-            const double no_further[3] = {0.5, 0.5, 0.5};
-            const jostle_values limits = {no_further, 3, sizeof no_further[0]};
-            memset(&casts, 0, sizeof casts);
-            casts.rays = given_rays;
+            const float no_further[3] = {0.5f, 0.5f, 0.5f};
+            casts.kind = JOSTLE_RAY;
+            casts.values = given_rays;
             OK(jostle_bounds(JOSTLE_3F, &objects, 0, NULL, shape_boxes, &error));
             OK(jostle_boxes_strided(JOSTLE_3F, shape_boxes[0], shape_boxes[0] + 3, 3, sizeof shape_boxes[0],
                                     &boxes_of_shapes, &error));
@@ -1456,50 +1474,111 @@ static void test_shapes_and_contacts(void)
             OK(jostle_world_new(JOSTLE_3F, NULL, &shape_world, &error));
             OK(jostle_world_add(shape_world, &boxes_of_shapes, NULL, world_ids, &error));
             OK(jostle_world_update(shape_world, &error));
-            OK(jostle_index_first_hits(shape_index, &objects, &casts, NULL, 0, ids, hits, &error));
-            CHECK(ids[0] == 2 && hits[0].fraction == 2 && hits[0].point[0] == -1);
-            CHECK(ids[1] == UINT64_MAX && hits[1].fraction == HUGE_VALF);
-            OK(jostle_world_first_hits(shape_world, &objects, &casts, NULL, 0, hit_ids, hits, &error));
-            CHECK(hit_ids[0] == world_ids[2] && hits[0].fraction == 2 && hit_ids[1] == 0);
-            OK(jostle_index_all_hits(shape_index, &objects, &casts, NULL, 0, 1, results, &error));
+            OK(jostle_index_first(shape_index, &casts, &objects, NULL, found, hits, &error));
+            CHECK(found[0].id == 2 && found[0].at == 2 && hits[0].fraction == 2 && hits[0].point[0] == -1);
+            CHECK(found[1].id == UINT64_MAX && found[1].at == HUGE_VAL && hits[1].fraction == HUGE_VALF);
+            casts.values.data = rays[1];
+            casts.values.count = 1;
+            OK(jostle_index_first(shape_index, &casts, &objects, NULL, found, hits, &error));
+            CHECK(found[0].id == UINT64_MAX && found[0].at == HUGE_VAL && hits[0].fraction == HUGE_VALF);
+            casts.values = given_rays;
+            OK(jostle_world_first(shape_world, &casts, &objects, NULL, found, NULL, &error));
+            CHECK(found[0].id == world_ids[2] && found[0].at == 2 && found[1].id == 0);
+            OK(jostle_index_any(shape_index, &casts, &objects, NULL, any, &error));
+            OK(jostle_world_count(shape_world, &casts, &objects, NULL, numbers_of, &error));
+            CHECK(any[0] == 1 && any[1] == 0 && numbers_of[0] == 1 && numbers_of[1] == 0);
+            OK(jostle_index_all(shape_index, &casts, &objects, NULL, 1, results, &error));
             OK(jostle_results_lists(results, &lists, &error));
             OK(jostle_results_blocks(results, &all_blocks, &error));
-            CHECK(lists.questions == 2 && lists.count == 1 && lists.first[1] == 1 && lists.ids[0] == 2 &&
+            CHECK(lists.queries == 2 && lists.count == 1 && lists.first[1] == 1 && lists.ids[0] == 2 &&
                   lists.at[0] == 2 && lists.more[0] == 0 && all_blocks.count == 1);
             CHECK(((const jostle_cast_hit_3f*)all_blocks.blocks[0].items)->normal[0] == -1);
-            OK(jostle_world_all_hits(shape_world, &objects, &casts, NULL, 0, 0, results, &error));
+            OK(jostle_world_all(shape_world, &casts, &objects, NULL, 0, results, &error));
             OK(jostle_results_lists(results, &lists, &error));
             CHECK(lists.count == 0 && lists.more[0] == 1 && lists.more[1] == 0);
             /* One filter for each: the first leaves the sphere out, the second nothing. */
             memset(filters, 0, sizeof filters);
-            filters[0].struct_size = filters[1].struct_size = sizeof filters[0];
-            at_most_first = 2;
-            filters[0].exclude = &at_most_first;
-            OK(jostle_index_first_hits(shape_index, &objects, &casts, filters, 2, ids, hits, &error));
-            CHECK(ids[0] == UINT64_MAX);
-            OK(jostle_index_first_hits(shape_index, &objects, &casts, filters + 1, 1, ids, hits, &error));
-            CHECK(ids[0] == 2);
-            FAILS(jostle_index_first_hits(shape_index, &objects, &casts, filters, 3, ids, hits, &error),
+            filters[0].struct_size = filters[1].struct_size = filters[2].struct_size = sizeof filters[0];
+            filters[0].exclude = &left_out;
+            filters[0].count = 2;
+            OK(jostle_index_first(shape_index, &casts, &objects, filters, found, hits, &error));
+            CHECK(found[0].id == UINT64_MAX);
+            OK(jostle_index_first(shape_index, &casts, &objects, filters + 1, found, hits, &error));
+            CHECK(found[0].id == 2);
+            filters[0].count = 3;
+            FAILS(jostle_index_first(shape_index, &casts, &objects, filters, found, hits, &error),
                   JOSTLE_SIZE_MISMATCH, "3 filters");
             /* Shapes that move. */
-            casts.moving = &objects;
-            FAILS(jostle_index_first_hits(shape_index, &objects, &casts, NULL, 0, ids, hits, &error),
-                  JOSTLE_INVALID_ARGUMENT, "both rays and shapes");
-            memset(&casts.rays, 0, sizeof casts.rays);
-            FAILS(jostle_index_first_hits(shape_index, &objects, &casts, NULL, 0, ids, hits, &error),
-                  JOSTLE_SIZE_MISMATCH, "0 displacements");
-            casts.displacements = given_ways;
-            OK(jostle_index_first_hits(shape_index, &objects, &casts, NULL, 0, ids, hits, &error));
-            CHECK(ids[0] == 0 && hits[0].fraction == 0); /* itself */
-            OK(jostle_index_nearest_shapes(shape_index, &objects, &objects, NULL, NULL, 0, ids, distances,
-                                           &error));
-            CHECK(ids[2] == 2 && distances[2][0] == -2);
-            OK(jostle_world_nearest_shapes(shape_world, &objects, &objects, &limits, NULL, 0, hit_ids,
-                                           distances, &error));
-            CHECK(hit_ids[2] == world_ids[2] && distances[2][0] == -2);
-            FAILS(jostle_world_nearest_shapes(shape_world, &objects, NULL, &limits, NULL, 0, hit_ids,
-                                              distances, &error),
-                  JOSTLE_INVALID_ARGUMENT, "near is NULL");
+            casts.shapes = &objects;
+            FAILS(jostle_index_first(shape_index, &casts, &objects, NULL, found, hits, &error),
+                  JOSTLE_INVALID_ARGUMENT, "a kind that has none");
+            casts.kind = JOSTLE_SHAPE_SWEEP;
+            FAILS(jostle_index_first(shape_index, &casts, NULL, NULL, found, hits, &error),
+                  JOSTLE_INVALID_ARGUMENT, "where objects is NULL");
+            FAILS(jostle_index_first(shape_index, &casts, &objects, NULL, found, hits, &error),
+                  JOSTLE_SIZE_MISMATCH, "2 values");
+            casts.values = given_ways;
+            OK(jostle_index_first(shape_index, &casts, &objects, NULL, found, hits, &error));
+            CHECK(found[0].id == 0 && hits[0].fraction == 0); /* itself */
+            /* Shapes that stay touch themselves alone. */
+            casts.kind = JOSTLE_POSED_SHAPE;
+            FAILS(jostle_index_count(shape_index, &casts, &objects, NULL, numbers_of, &error),
+                  JOSTLE_INVALID_ARGUMENT, "no values");
+            memset(&casts.values, 0, sizeof casts.values);
+            OK(jostle_index_count(shape_index, &casts, &objects, NULL, numbers_of, &error));
+            CHECK(numbers_of[2] == 1);
+            OK(jostle_world_all(shape_world, &casts, &objects, NULL, UINT64_MAX, results, &error));
+            OK(jostle_results_lists(results, &lists, &error));
+            CHECK(lists.queries == 3 && lists.at == NULL && lists.ids[lists.first[2]] == world_ids[2]);
+            FAILS(jostle_results_blocks(results, &all_blocks, &error), JOSTLE_INVALID_ARGUMENT, "");
+            FAILS(jostle_index_first(shape_index, &casts, &objects, NULL, found, hits, &error),
+                  JOSTLE_INVALID_ARGUMENT, "JOSTLE_SHAPE_SWEEP");
+            /* The nearest, which is itself. */
+            near.kind = JOSTLE_NEAREST_TO_SHAPE;
+            near.shapes = &objects;
+            OK(jostle_index_first(shape_index, &near, &objects, NULL, found, distances, &error));
+            CHECK(found[2].id == 2 && found[2].at == -2 && distances[2][0] == -2);
+            near.values.data = no_further;
+            near.values.count = 3;
+            near.values.stride = sizeof no_further[0];
+            OK(jostle_world_first(shape_world, &near, &objects, NULL, found, distances, &error));
+            CHECK(found[2].id == world_ids[2] && distances[2][0] == -2);
+            near.nearest = 3;
+            memset(&near.values, 0, sizeof near.values);
+            OK(jostle_index_all(shape_index, &near, &objects, NULL, UINT64_MAX, results, &error));
+            OK(jostle_results_lists(results, &lists, &error));
+            OK(jostle_results_blocks(results, &all_blocks, &error));
+            CHECK(lists.count == 9 && all_blocks.count == 9 && all_blocks.item_size == sizeof distances[0] &&
+                  lists.ids[6] == 2 && lists.at[6] == -2 && lists.at[6] <= lists.at[7] &&
+                  lists.at[7] <= lists.at[8]);
+            {
+                static jostle_objects third;
+                jostle_queries one = near;
+                closest_three seen = {&lists, 6};
+                third = objects;
+                third.poses.data = (const char*)objects.poses.data + 2 * objects.poses.stride;
+                third.poses.count = 1;
+                one.shapes = &third;
+                FAILS(jostle_index_visit(shape_index, &one, &objects, NULL, visit_closest, &seen, &finished,
+                                         &error),
+                      JOSTLE_SIZE_MISMATCH, "3 shapes, 1 poses");
+                OK(jostle_shapes_set_repeats(shapes, 1, &error));
+                FAILS(jostle_index_visit(shape_index, &one, &objects, NULL, visit_closest, &seen, &finished,
+                                         &error),
+                      JOSTLE_SIZE_MISMATCH, "3 shapes, 1 poses");
+                OK(jostle_shapes_set_repeats(shapes, 0, &error));
+                near.shapes = NULL;
+                FAILS(jostle_index_visit(shape_index, &near, &objects, NULL, visit_closest, &seen, &finished,
+                                         &error),
+                      JOSTLE_INVALID_ARGUMENT, "shapes is NULL");
+                OK(jostle_shapes_new(3, &one_shape, &error));
+                OK(jostle_shapes_add(one_shape, sphere, 1, &error));
+                third.shapes = one_shape;
+                OK(jostle_index_visit(shape_index, &one, &objects, NULL, visit_closest, &seen, &finished,
+                                      &error));
+                CHECK(finished == 1 && seen.next == 9);
+                OK(jostle_shapes_free(one_shape, &error));
+            }
             OK(jostle_index_free(shape_index, &error));
             OK(jostle_world_free(shape_world, &error));
         }

@@ -518,9 +518,9 @@ class Stream
         }
     }
 
-    // --- Questions ---
+    // --- Queries ---
 
-    /// Filters for questions: none, one for all or one for each.
+    /// Filters for queries: none, one for all or one for each.
     struct Filters
     {
         std::vector<ObjectQueryFilter> cpp;
@@ -529,11 +529,11 @@ class Stream
         std::vector<jostle_id> excluded;
         std::function<bool(std::uint32_t, ObjectId)> accept;
     };
-    void make_filters(Filters& filters, const Both& of, std::size_t questions)
+    void make_filters(Filters& filters, const Both& of, std::size_t queries)
     {
-        const std::size_t n = random_.below(3) == 0 ? 1 : questions;
-        filters.accept = [this](std::uint32_t question, ObjectId id) {
-            return (question * 7 + id.index * 3 + mood_) % 4 != 0;
+        const std::size_t n = random_.below(3) == 0 ? 1 : queries;
+        filters.accept = [this](std::uint32_t query, ObjectId id) {
+            return (query * 7 + id.index * 3 + mood_) % 4 != 0;
         };
         filters.askers.resize(n);
         filters.excluded.resize(n);
@@ -555,9 +555,9 @@ class Stream
             if (random_.below(2) == 0) {
                 one.accept = filters.accept;
                 twin.context = &filters.accept;
-                twin.accept = [](void* context, std::uint32_t question, std::uint64_t id) {
+                twin.accept = [](void* context, std::uint32_t query, std::uint64_t id) {
                     const auto& accept = *static_cast<decltype(filters.accept)*>(context);
-                    return std::int32_t{accept(question, {static_cast<std::uint32_t>(id), 1})};
+                    return std::int32_t{accept(query, {static_cast<std::uint32_t>(id), 1})};
                 };
             }
             twin.count = n;
@@ -578,7 +578,7 @@ class Stream
     {
         jostle_lists found{};
         ASSERT_EQ(jostle_results_lists(results_, &found, &error_), JOSTLE_OK);
-        ASSERT_EQ(found.questions, expected.size());
+        ASSERT_EQ(found.queries, expected.size());
         for (std::size_t i = 0; i < expected.size(); ++i) {
             ASSERT_EQ(found.first[i + 1] - found.first[i], expected[i].size()) << i;
             EXPECT_EQ(found.more[i] != 0, expected.more(i));
@@ -593,43 +593,48 @@ class Stream
             }
         }
     }
-    template <class Item, class Question>
-    void ask_all(const Both& of, jostle_question kind, const std::vector<Question>& questions,
-                 const void* given)
+    template <class Item, class Query>
+    void ask_all(const Both& of, const std::vector<Query>& queries, const jostle_queries& given)
     {
         Filters filters;
-        make_filters(filters, of, questions.size());
-        const std::uint64_t n = questions.size(),
-                            most = random_.below(2) == 0 ? UINT64_MAX : random_.below(5);
+        make_filters(filters, of, queries.size());
+        const std::size_t n = queries.size();
+        const std::uint64_t most = random_.below(2) == 0 ? UINT64_MAX : random_.below(5);
         const jostle_query_filter* const wish = filters.c.data();
         ResultLists<Item> lists;
-        constexpr bool is_nearest = requires { questions[0].max_distance; };
-        if (kind == JOSTLE_NEAREST || kind == JOSTLE_NEAREST_TO_BOX) {
+        constexpr bool is_nearest = requires { queries[0].max_distance; };
+        with(filters, [&](const auto& filter) {
             if constexpr (is_nearest)
-                with(filters, [&](const auto& filter) { of.cpp->nearest(questions, lists, filter); });
-            ASSERT_EQ(jostle_world_all(of.c, kind, given, n, wish, UINT64_MAX, results_, &error_), JOSTLE_OK)
-                << error_.message;
-            return check_found(lists);
-        }
+                of.cpp->nearest(queries, lists, filter);
+            else
+                of.cpp->all(queries, lists, filter, most);
+        });
+        ASSERT_EQ(
+            jostle_world_all(of.c, &given, nullptr, wish, is_nearest ? UINT64_MAX : most, results_, &error_),
+            JOSTLE_OK)
+            << error_.message;
+        check_found(lists);
         if constexpr (!is_nearest) {
-            with(filters, [&](const auto& filter) { of.cpp->all(questions, lists, filter, most); });
-            ASSERT_EQ(jostle_world_all(of.c, kind, given, n, wish, most, results_, &error_), JOSTLE_OK)
-                << error_.message;
-            check_found(lists);
             std::vector<std::uint64_t> numbers(n), twins(n);
-            with(filters, [&](const auto& filter) { of.cpp->count(questions, std::span(numbers), filter); });
-            ASSERT_EQ(jostle_world_count(of.c, kind, given, n, wish, twins.data(), &error_), JOSTLE_OK);
+            with(filters, [&](const auto& filter) { of.cpp->count(queries, std::span(numbers), filter); });
+            ASSERT_EQ(jostle_world_count(of.c, &given, nullptr, wish, twins.data(), &error_), JOSTLE_OK);
             EXPECT_EQ(numbers, twins);
             std::vector<std::uint8_t> any(n);
-            ASSERT_EQ(jostle_world_any(of.c, kind, given, n, wish, any.data(), &error_), JOSTLE_OK);
+            ASSERT_EQ(jostle_world_any(of.c, &given, nullptr, wish, any.data(), &error_), JOSTLE_OK);
             for (std::size_t i = 0; i < n; ++i)
                 EXPECT_EQ(any[i] != 0, numbers[i] != 0);
         }
-        if constexpr (std::is_same_v<Item, Hit<T, ObjectId>> && !is_nearest) {
+        if constexpr (std::is_same_v<Item, Hit<T, ObjectId>>) {
             std::vector<Hit<T, ObjectId>> hits(n);
             std::vector<jostle_hit> twins(n);
-            with(filters, [&](const auto& filter) { of.cpp->first(questions, std::span(hits), filter); });
-            ASSERT_EQ(jostle_world_first(of.c, kind, given, n, wish, twins.data(), &error_), JOSTLE_OK);
+            with(filters, [&](const auto& filter) {
+                if constexpr (is_nearest)
+                    of.cpp->nearest(queries, std::span(hits), filter);
+                else
+                    of.cpp->first(queries, std::span(hits), filter);
+            });
+            ASSERT_EQ(jostle_world_first(of.c, &given, nullptr, wish, twins.data(), nullptr, &error_),
+                      JOSTLE_OK);
             for (std::size_t i = 0; i < n; ++i) {
                 EXPECT_EQ(twins[i].id, c_twin::to_c(hits[i].id));
                 if (twins[i].id != 0) {
@@ -654,31 +659,42 @@ class Stream
         std::vector<Plane<Dim, T>> planes(n);
         std::vector<Frustum<Dim, T>> frusta(n);
         std::vector<jostle_frustum> twins(n);
+        std::vector<std::array<T, Dim + 1>> points(n);
+        std::vector<std::array<T, 2 * Dim + 1>> beside(n);
+        const std::uint32_t near = 1 + random_.below(8);
         for (std::size_t i = 0; i < n; ++i) {
             rays[i] = {at[i], ways[i], number(0, 8)};
             sweeps[i] = {regions[i], ways[i], number(0, 8)};
             spheres[i] = {at[i], number(0, 4)};
-            nearest[i] = {at[i], random_.below(9), number(0, 8)};
-            to_boxes[i] = {regions[i], random_.below(9), number(0, 8)};
+            nearest[i] = {at[i], near, number(0, 8)};
+            points[i].back() = nearest[i].max_distance;
+            std::copy_n(at[i].begin(), Dim, points[i].begin());
+            to_boxes[i] = {regions[i], near, number(0, 8)};
+            beside[i].back() = to_boxes[i].max_distance;
+            std::copy_n(regions[i].lo.begin(), Dim, beside[i].begin());
+            std::copy_n(regions[i].hi.begin(), Dim, beside[i].begin() + Dim);
             planes[i] = {ways[i], number(-4, 9)};
             frusta[i] = {std::span(planes).subspan(i / 2, i - i / 2)};
             twins[i] = {frusta[i].planes.data(), frusta[i].planes.size()};
         }
+        jostle_queries to_points = c_twin::queries_of(JOSTLE_NEAREST, points.data(), n);
+        jostle_queries next_to = c_twin::queries_of(JOSTLE_NEAREST_TO_BOX, beside.data(), n);
+        to_points.nearest = next_to.nearest = near;
         switch (random_.below(8)) {
         case 0:
-            return ask_all<Hit<T, ObjectId>>(of, JOSTLE_RAY, rays, rays.data());
+            return ask_all<Hit<T, ObjectId>>(of, rays, c_twin::queries_of(JOSTLE_RAY, rays.data(), n));
         case 1:
-            return ask_all<Hit<T, ObjectId>>(of, JOSTLE_SWEEP, sweeps, sweeps.data());
+            return ask_all<Hit<T, ObjectId>>(of, sweeps, c_twin::queries_of(JOSTLE_SWEEP, sweeps.data(), n));
         case 2:
-            return ask_all<ObjectId>(of, JOSTLE_BOX, regions, regions.data());
+            return ask_all<ObjectId>(of, regions, c_twin::queries_of(JOSTLE_BOX, regions.data(), n));
         case 3:
-            return ask_all<ObjectId>(of, JOSTLE_SPHERE, spheres, spheres.data());
+            return ask_all<ObjectId>(of, spheres, c_twin::queries_of(JOSTLE_SPHERE, spheres.data(), n));
         case 4:
-            return ask_all<Hit<T, ObjectId>>(of, JOSTLE_NEAREST, nearest, nearest.data());
+            return ask_all<Hit<T, ObjectId>>(of, nearest, to_points);
         case 5:
-            return ask_all<Hit<T, ObjectId>>(of, JOSTLE_NEAREST_TO_BOX, to_boxes, to_boxes.data());
+            return ask_all<Hit<T, ObjectId>>(of, to_boxes, next_to);
         case 6:
-            return ask_all<ObjectId>(of, JOSTLE_FRUSTUM, frusta, twins.data());
+            return ask_all<ObjectId>(of, frusta, c_twin::queries_of(JOSTLE_FRUSTUM, twins.data(), n));
         default:
             ask_closest();
             join(regions);

@@ -61,6 +61,16 @@ jostle_values values_of(const std::vector<T>& values)
     return {values.data(), values.size(), sizeof(T)};
 }
 
+/// Queries that lie one behind the other.
+template <class Item>
+jostle_queries queries_of(jostle_query_kind kind, const Item* first, std::uint64_t count)
+{
+    jostle_queries queries{};
+    queries.kind = kind;
+    queries.values = {first, count, sizeof(Item)};
+    return queries;
+}
+
 template <class Item>
 std::vector<Item> items_of(const jostle_blocks& blocks)
 {

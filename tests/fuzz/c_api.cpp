@@ -322,15 +322,18 @@ class Session
             return box.lo[0] <= box.hi[0] && box.lo[1] <= box.hi[1] && box.lo[2] <= box.hi[2];
         });
         if (!good && valid) return;
-        expect(jostle_index_all(as<jostle_index>(from), JOSTLE_BOX, boxes.boxes.data(), boxes.boxes.size(),
-                                nullptr, UINT64_MAX, as<jostle_results>(to), &error_),
+        jostle_queries queries{};
+        queries.kind = JOSTLE_BOX;
+        queries.values = {boxes.boxes.data(), boxes.boxes.size(), sizeof boxes.boxes[0]};
+        expect(jostle_index_all(as<jostle_index>(from), &queries, nullptr, nullptr, UINT64_MAX,
+                                as<jostle_results>(to), &error_),
                good, "asking an index");
         if (!good) return;
         jostle_lists lists{};
         expect(jostle_results_lists(as<jostle_results>(to), &lists, &error_), true, "reading lists");
 
         std::uint64_t next = 0;
-        fuzz::demand(lists.questions == boxes.boxes.size(), "another number of lists");
+        fuzz::demand(lists.queries == boxes.boxes.size(), "another number of lists");
         for (std::size_t q = 0; q < boxes.boxes.size(); ++q) {
             fuzz::demand(lists.first[q] == next, "a list begins elsewhere");
             for (const auto& [id, box] : from.handle->objects) {

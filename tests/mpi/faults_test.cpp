@@ -131,7 +131,7 @@ class WipingMemory final : public std::pmr::memory_resource
     }
     bool do_is_equal(const memory_resource& other) const noexcept override { return this == &other; }
 };
-TEST(Faults, ListsTakenAfterAFailureOutliveTheQuestionsBeforeTheNextUpdate)
+TEST(Faults, ListsTakenAfterAFailureOutliveTheQuerysBeforeTheNextUpdate)
 {
     if (ranks() == 1) return;
     WipingMemory memory;
@@ -161,7 +161,7 @@ TEST(Faults, ListsTakenAfterAFailureOutliveTheQuestionsBeforeTheNextUpdate)
         const auto before = all();
         EXPECT_GT(sum(before.size()), 0u);
         const std::vector<Aabb3f> everywhere = {{{-99, -99, -99}, {99, 99, 99}}};
-        for (int question = 0; question < 2; ++question) {
+        for (int query = 0; query < 2; ++query) {
             std::vector<std::uint64_t> count(1);
             world.count(std::span(everywhere), std::span(count));
             EXPECT_EQ(all(), before);

@@ -40,8 +40,8 @@ def plain(value):
         return tuple((key, plain(each)) for key, each in value.items())
     if isinstance(value, jostle.Answers):
         return plain((value.first, value.ids, value.at, value.more))
-    if isinstance(value, jostle.ShapeHits):
-        return plain((value.first, value.hits, value.more))
+    if isinstance(value, jostle.ShapeAnswers):
+        return plain((value.first, value.values, value.more))
     if isinstance(value, jostle.ScenePairs):
         return plain((value.pairs, value.first))
     if isinstance(value, jostle.Shape):
@@ -142,7 +142,7 @@ many = boxes_of(20_000, size=0.02)
 everywhere = jostle.overlapping(np.array([[[-9.0] * 3, [9.0] * 3]]))
 some = np.arange(10)
 each = np.arange(60, dtype=np.uint32)
-QUESTIONS = {
+QUERIES = {
     "rays": jostle.rays(others[:5, 0] - 1, np.ones(3)),
     "sweeps": jostle.sweeps(others[:5], np.ones(3)),
     "overlapping": jostle.overlapping(others[:5]),
@@ -346,7 +346,7 @@ WORLD_CALLS = {
     "visit_closest_pairs": lambda world: seen(world.visit_closest_pairs, chunk=7, max_distance=0.1),
     "join": lambda world: world.join(others),
     "join, accepted": lambda world: world.join(others, accept=lambda position, index: index % 2 == 0),
-    "all, accepted": lambda world: world.all(others[:5], asker=(3, 3), accept=lambda question, id: id % 2 == 0),
+    "all, accepted": lambda world: world.all(others[:5], asker=(3, 3), accept=lambda query, id: id % 2 == 0),
     "all, excluding": lambda world: world.all(others[:5], exclude=world.ids()[:5]),
 }
 
@@ -374,15 +374,18 @@ INDEX_CALLS = {
     "visit_closest_pairs": lambda index: seen(index.visit_closest_pairs, chunk=7, max_distance=0.1),
     "join": lambda index: index.join(others),
     "all, accepted": lambda index: index.all(others[:5], category=each, mask=each + 1, owner=each, asker=(3, 3),
-                                             accept=lambda question, id: id % 2 == 0),
+                                             accept=lambda query, id: id % 2 == 0),
     "all, excluding": lambda index: index.all(others[:5], exclude=some[:5]),
 }
 SHAPE_CALLS = {
-    "first_hits, rays": lambda of: of.first_hits(lines, shapes, at),
-    "first_hits, shapes": lambda of: of.first_hits(jostle.ShapeSweeps(movers, from_where, [[3.0, 0, 0], [3, 0, 0]]), shapes, at),
-    "all_hits, rays": lambda of: of.all_hits(lines, shapes, at),
-    "all_hits, shapes": lambda of: of.all_hits(jostle.ShapeSweeps(movers, from_where, [[3.0, 0, 0], [3, 0, 0]]), shapes, at),
-    "nearest_shapes": lambda of: of.nearest_shapes(movers, from_where, shapes, at),
+    "first, rays": lambda of: of.first(lines, shapes, at),
+    "first, moving": lambda of: of.first(jostle.shape_sweeps(movers, from_where, [[3.0, 0, 0], [3, 0, 0]]), shapes, at),
+    "first, nearest": lambda of: of.first(jostle.nearest_to_shapes(movers, from_where), shapes, at),
+    "all, rays": lambda of: of.all(lines, shapes, at),
+    "all, moving": lambda of: of.all(jostle.shape_sweeps(movers, from_where, [[3.0, 0, 0], [3, 0, 0]]), shapes, at),
+    "all, staying": lambda of: of.all(jostle.posed_shapes(movers, from_where), shapes, at),
+    "all, nearest": lambda of: of.all(jostle.nearest_to_shapes(movers, from_where, 2), shapes, at),
+    "any, count": lambda of: (of.any(lines, shapes, at), of.count(jostle.posed_shapes(movers, from_where), shapes, at)),
 }
 FINDER_CALLS = {
     "find": lambda finder: finder.find(shapes, at, pairs, 0.1),
@@ -442,10 +445,10 @@ def test_world_on_two_threads():
     assert starve(make, lambda world: world.update(), known_of_world, next_update) > 0
 
 
-@pytest.mark.parametrize("kind", QUESTIONS)
+@pytest.mark.parametrize("kind", QUERIES)
 @pytest.mark.parametrize("make", [world_at_work, index_of_boxes])
-def test_questions(make, kind):
-    asked = QUESTIONS[kind]
+def test_queries(make, kind):
+    asked = QUERIES[kind]
     known = known_of_index if make == index_of_boxes else known_of_world
     assert starve(make, lambda of: of.all(asked), known) > 0
     if not kind.startswith("nearest"):

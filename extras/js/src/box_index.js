@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 import { Owned, options_of, space_of } from "./core.js";
 import { refuse } from "./error.js";
-import { Asked } from "./questions.js";
+import { Asked } from "./queries.js";
 import * as C from "./structs.js";
 
 const FUNCTIONS = {
@@ -20,7 +20,7 @@ function narrow(ids) {
   return Uint32Array.from(ids, Number);
 }
 
-/** Boxes that stay, and questions about them: see jostle.d.ts. */
+/** Boxes that stay, and queries about them: see jostle.d.ts. */
 export class BoxIndex extends Owned {
   #asked;
 
@@ -123,19 +123,19 @@ export class BoxIndex extends Owned {
     });
   }
 
-  first(questions, options) {
-    return this.#asked.first(questions, options);
+  first(queries, options) {
+    return this.#asked.first(queries, options);
   }
-  all(questions, options) {
-    return this.#asked.all(questions, options);
+  all(queries, options) {
+    return this.#asked.all(queries, options);
   }
-  visit(question, visit, options) {
-    return this.#asked.visit(question, visit, options);
+  visit(query, visit, options) {
+    return this.#asked.visit(query, visit, options);
   }
-  any(questions, options) {
-    return this.#asked.any(questions, options);
+  any(queries, options) {
+    return this.#asked.any(queries, options);
   }
-  count(questions, options) {
-    return this.#asked.count(questions, options);
+  count(queries, options) {
+    return this.#asked.count(queries, options);
   }
 }

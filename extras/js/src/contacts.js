@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-import { Owned, new_floats, number, options_of, size_of, space_of } from "./core.js";
+import { Owned, number, options_of, size_of, space_of } from "./core.js";
+import { cast_hits_at, distances_at } from "./details.js";
 import { refuse } from "./error.js";
 import { place_objects } from "./shapes.js";
 import * as C from "./structs.js";
@@ -94,13 +95,13 @@ export class ContactFinder extends Owned {
     });
   }
 
-  /** Rows of a number, called `first`, a normal and two vectors, each in an array of its own. */
+  /** See distances_at(). */
   #rows(name, a, pairs, b, limit, moving, first) {
     const { core, dim, type } = this;
     return core.within(() => {
       const { blocks, count } = core.pairs(pairs);
-      const width = 3 * dim + 1;
-      const out = core.scratch.take(count * width * size_of(type));
+      const { size, read } = distances_at(core, dim, type, first);
+      const out = core.scratch.take(count * size);
       core.call(
         name,
         this.pointer,
@@ -110,19 +111,7 @@ export class ContactFinder extends Owned {
         limit,
         out,
       );
-      const rows = core.view(type, out, count * width);
-      const column = (from, length) => {
-        const numbers = new_floats(type, count * length);
-        for (let i = 0; i < count; ++i)
-          for (let d = 0; d < length; ++d) numbers[i * length + d] = rows[i * width + from + d];
-        return numbers;
-      };
-      return {
-        [first]: column(0, 1),
-        normals: column(1, dim),
-        fromA: column(1 + dim, dim),
-        fromB: column(1 + 2 * dim, dim),
-      };
+      return read(out, count);
     });
   }
   distances(a, pairs, options) {
@@ -136,39 +125,12 @@ export class ContactFinder extends Owned {
     return this.#rows("jostle_contact_finder_impacts", a, pairs, b, limit, true, "times");
   }
 
-  /** Of jostle_cast_hit_...s. */
-  #hits(out, count) {
-    const { core, dim, type } = this;
-    const layout = C[`jostle_cast_hit_${dim}${type === "float64" ? "d" : "f"}`];
-    const numbers = core.view(type, out, (count * layout.sizeof) / size_of(type));
-    const whole = core.view("uint32", out, (count * layout.sizeof) / 4);
-    const column = (to, from, member, length, size) => {
-      for (let i = 0; i < count; ++i)
-        for (let d = 0; d < length; ++d)
-          to[i * length + d] = from[(i * layout.sizeof + layout[member]) / size + d];
-      return to;
-    };
-    const floats = (member, length) =>
-      column(new_floats(type, count * length), numbers, member, length, size_of(type));
-    const integers = (member) => column(new Uint32Array(count), whole, member, 1, 4);
-    return {
-      fractions: floats("fraction", 1),
-      normals: floats("normal", dim),
-      points: floats("point", dim),
-      parts: integers("part"),
-      movingParts: integers("moving_part"),
-    };
-  }
-  #room(count) {
-    return this.core.scratch.take(
-      count * C[`jostle_cast_hit_${this.dim}${this.type === "float64" ? "d" : "f"}`].sizeof,
-    );
-  }
   rayCasts(rays, objects, pairs) {
     const { core, dim, type } = this;
     return core.within(() => {
       const { blocks, count } = core.pairs(pairs);
-      const out = this.#room(count);
+      const hits = cast_hits_at(core, dim, type);
+      const out = core.scratch.take(count * hits.size);
       const rows = core.rows(rays, "rays", 2 * dim + 1, type);
       core.call(
         "jostle_contact_finder_ray_casts",
@@ -178,14 +140,15 @@ export class ContactFinder extends Owned {
         blocks,
         out,
       );
-      return this.#hits(out, count);
+      return hits.read(out, count);
     });
   }
   shapeCasts(moving, displacements, objects, pairs) {
     const { core, dim, type } = this;
     return core.within(() => {
       const { blocks, count } = core.pairs(pairs);
-      const out = this.#room(count);
+      const hits = cast_hits_at(core, dim, type);
+      const out = core.scratch.take(count * hits.size);
       const ways = core.values(core.rows(displacements, "displacements", dim, type), dim);
       core.call(
         "jostle_contact_finder_shape_casts",
@@ -196,7 +159,7 @@ export class ContactFinder extends Owned {
         blocks,
         out,
       );
-      return this.#hits(out, count);
+      return hits.read(out, count);
     });
   }
 }

@@ -330,8 +330,8 @@ export class Core {
         guarded(() => truth(of(number)(scene >>> 0, a >>> 0, b >>> 0))),
       takePairs: (number, pairs, count) =>
         guarded(() => (at_once(of(number)(this.view("uint32", pairs >>> 0, 2 * count))) === false ? 0 : 1)),
-      acceptAnswer: (number, question, id) =>
-        guarded(() => truth(of(number)(question >>> 0, BigInt.asUintN(64, id)))),
+      acceptAnswer: (number, query, id) =>
+        guarded(() => truth(of(number)(query >>> 0, BigInt.asUintN(64, id)))),
       visitAnswer: (number, id, at, bound) =>
         guarded(() => {
           const said = at_once(of(number)(BigInt.asUintN(64, id), at));
@@ -529,16 +529,16 @@ export class Core {
   lists_of_results(results, ordered) {
     const lists = this.scratch.take(C.jostle_lists.sizeof);
     this.call("jostle_results_lists", results, lists);
-    const questions = this.u64(lists + C.jostle_lists.questions),
+    const queries = this.u64(lists + C.jostle_lists.queries),
       count = this.u64(lists + C.jostle_lists.count);
     const wide = (member, length) =>
       new BigUint64Array(this.memory.buffer, this.u32(lists + C.jostle_lists[member]), length);
     const at = this.u32(lists + C.jostle_lists.at), more = this.u32(lists + C.jostle_lists.more);
     return {
-      first: Float64Array.from(wide("first", questions + 1), Number),
+      first: Float64Array.from(wide("first", queries + 1), Number),
       ids: count === 0 ? new BigUint64Array(0) : wide("ids", count).slice(),
       at: ordered ? this.view("float64", at, count).slice() : undefined,
-      more: more === 0 ? new Uint8Array(questions) : this.bytes.slice(more, more + questions),
+      more: more === 0 ? new Uint8Array(queries) : this.bytes.slice(more, more + queries),
     };
   }
   /**

@@ -2,6 +2,6 @@
 export { JostleError } from "./error.js";
 export { readBoxes } from "./files.js";
 export { load, support } from "./load.js";
-export { rays } from "./questions.js";
+export { rays } from "./queries.js";
 export { poses } from "./shapes.js";
 export { endReasons } from "./world.js";

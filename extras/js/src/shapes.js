@@ -181,8 +181,16 @@ export function place_objects(core, objects, type, moving = false) {
   const rows = core.rows(objects.poses, moving ? "motions" : "poses", width, type);
   const at = core.struct(C.jostle_objects);
   core.data.setUint32(at + C.jostle_objects.shapes, objects.shapes.pointer, true);
-  core.set_values(at + C.jostle_objects.poses, { ...rows, stride: width * size_of(rows.type) });
-  return { pointer: at, rows, dim };
+  const stride = width * size_of(rows.type);
+  core.set_values(at + C.jostle_objects.poses, { ...rows, stride });
+  const one = core.struct(C.jostle_objects);
+  /** A jostle_objects of object i alone, with these shapes; until the next call. */
+  const alone = (its_shapes, i) => {
+    core.data.setUint32(one + C.jostle_objects.shapes, its_shapes, true);
+    core.set_values(one + C.jostle_objects.poses, { pointer: rows.pointer + i * stride, count: 1, stride });
+    return one;
+  };
+  return { pointer: at, rows, dim, length: objects.shapes.length, alone };
 }
 
 /** The tightest box around each object: see jostle.d.ts. */

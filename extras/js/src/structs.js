@@ -7,17 +7,11 @@ export const jostle_boxes = { sizeof: 40, lo: 0, hi: 12, count: 24, stride: 32 }
 export const jostle_pair = { sizeof: 8, a: 0, b: 4 };
 export const jostle_block = { sizeof: 16, items: 0, count: 8 };
 export const jostle_blocks = { sizeof: 32, blocks: 0, block_count: 8, count: 16, item_size: 24 };
-export const jostle_lists = { sizeof: 32, questions: 0, count: 8, first: 16, ids: 20, at: 24, more: 28 };
+export const jostle_lists = { sizeof: 32, queries: 0, count: 8, first: 16, ids: 20, at: 24, more: 28 };
 export const jostle_hit = { sizeof: 16, id: 0, at: 8 };
+export const jostle_objects = { sizeof: 32, shapes: 0, poses: 8 };
 export const jostle_frustum = { sizeof: 16, planes: 0, count: 8 };
-export const jostle_nearest_2f = { sizeof: 16, point: 0, count: 8, max_distance: 12 };
-export const jostle_nearest_3f = { sizeof: 20, point: 0, count: 12, max_distance: 16 };
-export const jostle_nearest_2d = { sizeof: 32, point: 0, count: 16, max_distance: 24 };
-export const jostle_nearest_3d = { sizeof: 40, point: 0, count: 24, max_distance: 32 };
-export const jostle_nearest_to_box_2f = { sizeof: 24, lo: 0, hi: 8, count: 16, max_distance: 20 };
-export const jostle_nearest_to_box_3f = { sizeof: 32, lo: 0, hi: 12, count: 24, max_distance: 28 };
-export const jostle_nearest_to_box_2d = { sizeof: 48, lo: 0, hi: 16, count: 32, max_distance: 40 };
-export const jostle_nearest_to_box_3d = { sizeof: 64, lo: 0, hi: 24, count: 48, max_distance: 56 };
+export const jostle_queries = { sizeof: 40, kind: 0, nearest: 4, values: 8, shapes: 32 };
 export const jostle_allocator = { sizeof: 24, struct_size: 0, context: 8, allocate: 12, deallocate: 16 };
 export const jostle_options = {
   sizeof: 24, struct_size: 0, executor: 8, allocator: 12, instruction_set: 16, all_points: 20,
@@ -63,7 +57,6 @@ export const jostle_world_stats = {
 export const jostle_shape_info = {
   sizeof: 56, dim: 0, type: 4, radius: 8, size: 16, offset: 40, context: 48,
 };
-export const jostle_objects = { sizeof: 32, shapes: 0, poses: 8 };
 export const jostle_contact_point_2f = { sizeof: 24, from_a: 0, from_b: 8, depth: 16, feature: 20 };
 export const jostle_contact_2f = {
   sizeof: 76, pair: 0, part_a: 8, part_b: 12, normal: 16, count: 24, point: 28,
@@ -107,7 +100,6 @@ export const jostle_cast_hit_2d = {
 export const jostle_cast_hit_3d = {
   sizeof: 64, fraction: 0, normal: 8, point: 32, part: 56, moving_part: 60,
 };
-export const jostle_casts = { sizeof: 56, rays: 0, moving: 24, displacements: 32 };
 export const jostle_process_options = { sizeof: 24, struct_size: 0, executor: 8, block_items: 16 };
 export const jostle_work_plan = { sizeof: 24, items: 0, block_items: 8, blocks: 16, slots: 20 };
 export const jostle_work = { sizeof: 8, slot: 0, block: 4 };
@@ -126,6 +118,7 @@ export const jostle_shape_type = {
   7: "compound", 8: "rounded_box", 9: "rounded_hull", 10: "cylinder", 11: "cone", 12: "ellipsoid",
   16: "first_custom",
 };
-export const jostle_question = {
+export const jostle_query_kind = {
   1: "ray", 2: "sweep", 3: "box", 4: "sphere", 5: "frustum", 6: "nearest", 7: "nearest_to_box",
+  8: "shape_sweep", 9: "posed_shape", 10: "nearest_to_shape",
 };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 import { Owned, describe, number, options_of, refuse_detached, size_of, space_of, whole } from "./core.js";
 import { refuse } from "./error.js";
-import { Asked, query_filter } from "./questions.js";
+import { Asked, query_filter } from "./queries.js";
 import * as C from "./structs.js";
 
 const FUNCTIONS = {
@@ -320,20 +320,20 @@ export class World extends Owned {
     }
   }
 
-  first(questions, options) {
-    return this.#asked.first(questions, options);
+  first(queries, options) {
+    return this.#asked.first(queries, options);
   }
-  all(questions, options) {
-    return this.#asked.all(questions, options);
+  all(queries, options) {
+    return this.#asked.all(queries, options);
   }
-  visit(question, visit, options) {
-    return this.#asked.visit(question, visit, options);
+  visit(query, visit, options) {
+    return this.#asked.visit(query, visit, options);
   }
-  any(questions, options) {
-    return this.#asked.any(questions, options);
+  any(queries, options) {
+    return this.#asked.any(queries, options);
   }
-  count(questions, options) {
-    return this.#asked.count(questions, options);
+  count(queries, options) {
+    return this.#asked.count(queries, options);
   }
 
   // --- Objects ---

@@ -169,11 +169,11 @@ test("worlds, indexes and contacts", async () => {
   refuses(() => world.add(good, { category: -1 }), /category is -1/);
   refuses(() => world.add(good, { category: 2 ** 32 }), /category is 4294967296: .* from 0 to 4294967295/);
   refuses(() => world.restore(new Uint8Array(7)), /snapshot/, { status: "bad_snapshot" });
-  refuses(() => world.all({}), /questions are a Object/);
+  refuses(() => world.all({}), /queries are a Object/);
   refuses(() => world.all({ boxes: good.subarray(1) }), /boxes has 11 numbers/, { status: "size_mismatch" });
   refuses(() => world.all({ nearest: new Float32Array(3), count: 1.5 }), /count is 1.5/);
-  refuses(() => world.any({ nearest: new Float32Array(3) }), /nearest is no question of any\(\)/);
-  refuses(() => world.first({ boxes: good }), /boxes is no question of first\(\): ask one of rays, sweeps/);
+  refuses(() => world.any({ nearest: new Float32Array(3) }), /nearest is no query of any\(\)/);
+  refuses(() => world.first({ boxes: good }), /boxes is no query of first\(\): ask one of rays, sweeps, nearest, nearestToBoxes/);
   world.update();
   assert.equal(world.pairs().length, 2); // as before
   refuses(() => new jostle.World({ dim: 3, margin: -1 }), /margin/);
@@ -487,7 +487,7 @@ for (const [kind, loaded] of Object.entries(modules)) {
     refuses(() => world.setFilter(ids, [{ category: 1 }, { category: 2 }]), /^filter is a Array/);
     refuses(() => world.update(undefined, good), /^boxes came without ids/);
     const two = { boxes: good, spheres: new Float32Array(4) };
-    refuses(() => index.count(two), /^questions are boxes and spheres/);
+    refuses(() => index.count(two), /^queries are boxes and spheres/);
     const promise = /^a callback returned a promise/;
     const later = async () => false;
     refuses(() => jostle.findPairs(good, { dim: 3, accept: later }), promise);

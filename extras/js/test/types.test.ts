@@ -99,7 +99,7 @@ async function mistakes(jostle: Jostle): Promise<void> {
   jostle.findPairs(new Float32Array(4), { dim: 4 });
   // @ts-expect-error: ids are 64-bit numbers
   new jostle.World({ dim: 2 }).remove([1, 2]);
-  // @ts-expect-error: a question of no kind
+  // @ts-expect-error: a query of no kind
   new jostle.BoxIndex({ dim: 2 }).any({ circles: new Float32Array(3) });
   // @ts-expect-error: pairs that are handed over as they are found aren't sorted
   new jostle.PairFinder().stream(new Float32Array(4), { dim: 2, sort: true }, () => {});

@@ -14,7 +14,7 @@
 #include "owned.hpp"
 #include "owned_index.hpp"
 #include "partition.hpp"
-#include "questions.hpp"
+#include "queries.hpp"
 #include "rebalancing.hpp"
 #include "region.hpp"
 
@@ -117,7 +117,7 @@ struct World<Dim, T>::Implementation final : PairListener<Dim, T>
     Rebalancing rebalancing;
     Lists<Dim, T> lists, coming; ///< of the last update, and of the one under way
     WorldStats stats;
-    QuestionStats question_stats;
+    QueryStats query_stats;
     Ranks was, is;                  ///< working memory of route()
     std::vector<std::byte> payload; ///< of one object; a std::vector because the user's `pack` gets it
 
@@ -183,15 +183,15 @@ struct World<Dim, T>::Implementation final : PairListener<Dim, T>
         put_short(bytes, static_cast<std::uint32_t>(pair.rank_of_b));
     }
 
-    // Questions about all objects.
+    // Queries about all objects.
 
     template <class Line>
     void first(std::span<const Line> lines, std::span<ObjectHit<T>> out, const Filters& filters);
-    template <class Question, class Item>
-    void list(Purpose purpose, std::span<const Question> questions, Answers<Item>& out,
-              const Filters& filters, std::uint64_t most);
-    template <class Question>
-    void count(std::span<const Question> questions, std::span<std::uint64_t> out, const Filters& filters);
+    template <class Query, class Item>
+    void list(Purpose purpose, std::span<const Query> queries, Answers<Item>& out, const Filters& filters,
+              std::uint64_t most);
+    template <class Query>
+    void count(std::span<const Query> queries, std::span<std::uint64_t> out, const Filters& filters);
 
     /// ask(index, found, filter) refills `found`, of the index's ids, which become `out`. Returns what that
     /// returns.

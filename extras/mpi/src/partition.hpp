@@ -25,7 +25,7 @@ struct WeightedPoints
 };
 
 /// Space divided into one region for each rank, by Zoltan's recursive coordinate bisection. Every rank has
-/// all of the cuts, so that questions need no other rank, and the same question has the same answer on all.
+/// all of the cuts, so that queries need no other rank, and the same query has the same answer on all.
 ///
 /// Regions are closed boxes, unbounded at the outside. So two boxes that touch, and a region that both touch,
 /// have a point in common; and what touches the box that two boxes share touches both.

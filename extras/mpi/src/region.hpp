@@ -128,7 +128,7 @@ class Region
     /// Makes the local world anew where an update failed after it had changed it.
     void recover(const Partition& partition);
 
-    // Questions to what is searched here: the local world's, and what its ids stand for.
+    // Queries to what is searched here: the local world's, and what its ids stand for.
 
     [[nodiscard]] const jostle::World<Dim, T>& searched() const noexcept { return *world_; }
     [[nodiscard]] Found found(ObjectId local) const noexcept
@@ -269,7 +269,7 @@ class Region
     std::pmr::vector<Touched> touched_;    // in this update
     // Where there, or in moved_, a member lies, if that one is about it: so nothing is to be reset.
     std::pmr::vector<std::uint32_t> touched_of_;
-    Ranks ranks_;                       // of one question
+    Ranks ranks_;                       // of one query
     std::pmr::vector<Notice> entering_; // in this update
     std::pmr::vector<ObjectId> moved_;  // in this update, by their ids in the local world
     std::pmr::vector<Aabb<Dim, T>> moved_to_, moved_from_;

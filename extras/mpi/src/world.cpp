@@ -417,9 +417,9 @@ void World<Dim, T>::restore(std::span<const std::vector<std::byte>> parts)
 }
 
 template <int Dim, Coordinate T>
-const QuestionStats& World<Dim, T>::question_stats() const noexcept
+const QueryStats& World<Dim, T>::query_stats() const noexcept
 {
-    return implementation_->question_stats;
+    return implementation_->query_stats;
 }
 template <int Dim, Coordinate T>
 const WorldStats& World<Dim, T>::stats() const noexcept

@@ -4,18 +4,16 @@
 
 #include "core/interrupts.hpp"
 #include "core/module.hpp"
-#include "core/questions.hpp"
-#include "core/shape_queries.hpp"
+#include "core/queries.hpp"
 #include "core/users.hpp"
 
 namespace jostle_python {
 
 namespace {
 
-constexpr Asked<jostle_index> of_index{jostle_index_first, jostle_index_all,   jostle_index_any,
-                                       jostle_index_count, jostle_index_visit, jostle_index_closest_pairs};
-constexpr AskedShapes<jostle_index> shapes_of_index{jostle_index_first_hits, jostle_index_all_hits,
-                                                    jostle_index_nearest_shapes};
+constexpr Verbs<jostle_index> of_index{jostle_index_any, jostle_index_count, jostle_index_first,
+                                       jostle_index_all, jostle_index_visit, jostle_index_closest_pairs};
+
 class BoxIndex
 {
   public:
@@ -83,8 +81,9 @@ class BoxIndex
 
 void define_index(py::module_& m)
 {
-    define_class<BoxIndex>(m, "BoxIndex")
-        .def(py::init<jostle_space, std::uint32_t>())
+    auto index = define_class<BoxIndex>(m, "BoxIndex");
+    define_verbs<BoxIndex>(index, of_index);
+    index.def(py::init<jostle_space, std::uint32_t>())
         .def("build", [](BoxIndex& self, const std::optional<U32>& ids,
                          const Array& boxes) { self.change(ids, boxes, jostle_index_build); })
         .def("insert", [](BoxIndex& self, const U32& ids,
@@ -148,56 +147,6 @@ void define_index(py::module_& m)
                  });
                  return copy_pairs(results);
              })
-        .def("first_hits",
-             [](const BoxIndex& self, const Shapes* moving, const Maybe& moving_poses, const Array& given,
-                const Shapes& shapes, const Array& poses, AskFilter& filter, const py::dtype& type) {
-                 Casts casts(moving, moving_poses, given, self.space);
-                 return self.read([&](auto* index) {
-                     return shapes_of_index.ask_first(index, self.space, casts, shapes, poses, filter, type);
-                 });
-             })
-        .def("all_hits",
-             [](const BoxIndex& self, const Shapes* moving, const Maybe& moving_poses, const Array& given,
-                const Shapes& shapes, const Array& poses, AskFilter& filter, std::uint64_t limit,
-                const py::dtype& type) {
-                 Casts casts(moving, moving_poses, given, self.space);
-                 return self.read([&](auto* index) {
-                     return shapes_of_index.ask_all(index, self.space, casts, shapes, poses, filter, limit,
-                                                    type);
-                 });
-             })
-        .def("nearest_shapes",
-             [](const BoxIndex& self, const Shapes& near_shapes, const Array& near_poses,
-                const F64& max_distances, const Shapes& shapes, const Array& poses, AskFilter& filter) {
-                 return self.read([&](auto* index) {
-                     return shapes_of_index.ask_nearest(index, self.space, near_shapes, near_poses,
-                                                        max_distances, shapes, poses, filter);
-                 });
-             })
-        .def("first",
-             [](const BoxIndex& self, const Questions& questions, AskFilter& filter) {
-                 return self.read([&](auto* index) { return of_index.ask_first(index, questions, filter); });
-             })
-        .def("all",
-             [](const BoxIndex& self, const Questions& questions, AskFilter& filter, std::uint64_t limit) {
-                 return self.read(
-                     [&](auto* index) { return of_index.ask_all(index, questions, filter, limit); });
-             })
-        .def("any",
-             [](const BoxIndex& self, const Questions& questions, AskFilter& filter) {
-                 return self.read([&](auto* index) { return of_index.ask_any(index, questions, filter); });
-             })
-        .def("count",
-             [](const BoxIndex& self, const Questions& questions, AskFilter& filter) {
-                 return self.read([&](auto* index) { return of_index.ask_count(index, questions, filter); });
-             })
-        .def("visit",
-             [](const BoxIndex& self, const Questions& questions, AskFilter& filter, py::object visit,
-                std::uint64_t chunk) {
-                 return self.read([&](auto* index) {
-                     return of_index.ask_visit(index, questions, filter, std::move(visit), chunk);
-                 });
-             })
         .def("visit_pairs",
              [](const BoxIndex& self, const BoxIndex* other, py::object visit, std::uint64_t chunk) {
                  Pending pending;
@@ -212,7 +161,7 @@ void define_index(py::module_& m)
         .def("visit_closest_pairs", [](const BoxIndex& self, const BoxIndex* other, double max_distance,
                                        py::object visit, std::uint64_t chunk) {
             return self.read(other, [&](auto* index, auto* others) {
-                return of_index.ask_closest_pairs(index, others, max_distance, std::move(visit), chunk, true);
+                return of_index.closest_pairs(index, others, max_distance, std::move(visit), chunk, true);
             });
         });
 }

@@ -41,7 +41,7 @@ PYBIND11_MODULE(_core, m)
     define_pairs(m);
     define_spheres(m);
     define_pair_stream(m);
-    define_questions(m);
+    define_queries(m);
     define_index(m);
     define_world(m);
     define_pair_slots(m);

@@ -41,7 +41,8 @@ class Visitor
         return finished != 0;
     }
 
-    static std::int32_t take_answer(void* context, std::uint64_t id, double at, double* bound) noexcept
+    static std::int32_t take_answer(void* context, std::uint64_t id, double at, const void*,
+                                    double* bound) noexcept
     {
         return static_cast<Visitor*>(context)->take(&id, at, bound);
     }

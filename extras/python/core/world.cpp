@@ -7,17 +7,14 @@
 #include <vector>
 
 #include "core/module.hpp"
-#include "core/questions.hpp"
-#include "core/shape_queries.hpp"
+#include "core/queries.hpp"
 
 namespace jostle_python {
 
 namespace {
 
-constexpr Asked<jostle_world> of_world{jostle_world_first, jostle_world_all,   jostle_world_any,
-                                       jostle_world_count, jostle_world_visit, jostle_world_closest_pairs};
-constexpr AskedShapes<jostle_world> shapes_of_world{jostle_world_first_hits, jostle_world_all_hits,
-                                                    jostle_world_nearest_shapes};
+constexpr Verbs<jostle_world> of_world{jostle_world_any, jostle_world_count, jostle_world_first,
+                                       jostle_world_all, jostle_world_visit, jostle_world_closest_pairs};
 
 /// What one of the functions that save says.
 template <class Save, class Handle>
@@ -211,7 +208,7 @@ void define_world(py::module_& m)
                  });
                  call(
                      [&](jostle_error* error) { return jostle_results_lists(results.get(), &lists, error); });
-                 return py::make_tuple(copy_array(lists.first, lists.questions + 1),
+                 return py::make_tuple(copy_array(lists.first, lists.queries + 1),
                                        copy_array(lists.ids, lists.count));
              })
         .def("update",
@@ -278,63 +275,6 @@ void define_world(py::module_& m)
                  });
                  return copy_pairs(results);
              })
-        .def("first_hits",
-             [](const World& self, const Shapes* moving, const Maybe& moving_poses, const Array& given,
-                const Shapes& shapes, const Array& poses, AskFilter& filter, const py::dtype& type) {
-                 const Users::Reading now(self.users);
-
-                 Casts casts(moving, moving_poses, given, self.space);
-                 return shapes_of_world.ask_first(self.handle.get(), self.space, casts, shapes, poses, filter,
-                                                  type);
-             })
-        .def("all_hits",
-             [](const World& self, const Shapes* moving, const Maybe& moving_poses, const Array& given,
-                const Shapes& shapes, const Array& poses, AskFilter& filter, std::uint64_t limit,
-                const py::dtype& type) {
-                 const Users::Reading now(self.users);
-
-                 Casts casts(moving, moving_poses, given, self.space);
-                 return shapes_of_world.ask_all(self.handle.get(), self.space, casts, shapes, poses, filter,
-                                                limit, type);
-             })
-        .def("nearest_shapes",
-             [](const World& self, const Shapes& near_shapes, const Array& near_poses,
-                const F64& max_distances, const Shapes& shapes, const Array& poses, AskFilter& filter) {
-                 const Users::Reading now(self.users);
-
-                 return shapes_of_world.ask_nearest(self.handle.get(), self.space, near_shapes, near_poses,
-                                                    max_distances, shapes, poses, filter);
-             })
-        .def("first",
-             [](const World& self, const Questions& questions, AskFilter& filter) {
-                 const Users::Reading now(self.users);
-
-                 return of_world.ask_first(self.handle.get(), questions, filter);
-             })
-        .def("all",
-             [](const World& self, const Questions& questions, AskFilter& filter, std::uint64_t limit) {
-                 const Users::Reading now(self.users);
-
-                 return of_world.ask_all(self.handle.get(), questions, filter, limit);
-             })
-        .def("any",
-             [](const World& self, const Questions& questions, AskFilter& filter) {
-                 const Users::Reading now(self.users);
-                 return of_world.ask_any(self.handle.get(), questions, filter);
-             })
-        .def("count",
-             [](const World& self, const Questions& questions, AskFilter& filter) {
-                 const Users::Reading now(self.users);
-
-                 return of_world.ask_count(self.handle.get(), questions, filter);
-             })
-        .def("visit",
-             [](const World& self, const Questions& questions, AskFilter& filter, py::object visit,
-                std::uint64_t chunk) {
-                 const Users::Reading now(self.users);
-
-                 return of_world.ask_visit(self.handle.get(), questions, filter, std::move(visit), chunk);
-             })
         .def("visit_pairs",
              [](const World& self, py::object visit, std::uint64_t chunk) {
                  const Users::Reading now(self.users);
@@ -352,9 +292,9 @@ void define_world(py::module_& m)
                  const Users::Reading now(self.users);
                  const Users::Reading others(other == nullptr ? self.users : other->users);
 
-                 return of_world.ask_closest_pairs(self.handle.get(),
-                                                   other == nullptr ? nullptr : other->handle.get(),
-                                                   max_distance, std::move(visit), chunk, false);
+                 return of_world.closest_pairs(self.handle.get(),
+                                               other == nullptr ? nullptr : other->handle.get(), max_distance,
+                                               std::move(visit), chunk, false);
              })
         .def("join",
              [](World& self, const Array& boxes, AskFilter& filter) {
@@ -440,6 +380,7 @@ void define_world(py::module_& m)
                  return py::str(static_cast<const char*>(bytes), count);
              })
         .def_readonly("accept", &World::accept);
+    define_verbs<World>(world, of_world);
     define_objects(world);
 }
 

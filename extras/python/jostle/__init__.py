@@ -22,21 +22,22 @@ from ._contacts import (ContactFinder, bounds, contacts, distances, impacts, ray
 from ._core import instruction_sets, version
 from ._errors import Error, NoSuchObjectError, StaleIdError
 from ._index import BoxIndex
-from ._lists import Answers, ClosePairs, Hits, ShapeHits
+from ._lists import Answers, ClosePairs, Hits, ShapeAnswers
 from ._pairs import PairFinder, ScenePairs, find_pairs, find_periodic_pairs, find_scenes, iter_pairs, join, spatial_order
 from ._plot import plot
-from ._questions import Questions, frustums, nearest, nearest_to_boxes, overlapping, rays, spheres, sweeps
-from ._shape_queries import ShapeSweeps
+from ._queries import (Queries, frustums, nearest, nearest_to_boxes, nearest_to_shapes, overlapping, posed_shapes, rays, shape_sweeps,
+                       spheres, sweeps)
 from ._shapes import (Shape, Shapes, box, capsule, compound, cone, cylinder, ellipsoid, half_space, height_field, hull, mesh,
                       motions, poses, rounded_box, rounded_hull, sphere)
 from ._world import EndedPairs, PairSlots, World
 
 __version__ = version()
 __all__ = ["Answers", "BoxIndex", "ClosePairs", "ClosedMesh", "ContactFinder", "EndedPairs", "Error", "Hits", "NoSuchObjectError",
-           "PairFinder", "PairSlots", "Questions", "ScenePairs", "Shape", "ShapeHits", "ShapeSweeps",
+           "PairFinder", "PairSlots", "Queries", "ScenePairs", "Shape", "ShapeAnswers",
            "Shapes", "StaleIdError", "World", "bounds", "box", "capsule",
            "compound", "cone", "contacts", "cylinder", "distances", "ellipsoid", "find_pairs",
            "find_periodic_pairs", "find_scenes", "frustums", "half_space", "height_field", "hull", "impacts",
-           "instruction_sets", "iter_pairs", "join", "mesh", "motions", "nearest", "nearest_to_boxes", "overlapping", "plot",
-           "poses", "ray_casts", "rays", "rounded_box", "rounded_hull", "shape_casts", "spatial_order", "sphere", "spheres",
+           "instruction_sets", "iter_pairs", "join", "mesh", "motions", "nearest", "nearest_to_boxes",
+           "nearest_to_shapes", "overlapping", "plot", "posed_shapes",
+           "poses", "ray_casts", "rays", "rounded_box", "rounded_hull", "shape_casts", "shape_sweeps", "spatial_order", "sphere", "spheres",
            "sum_by_object", "sweeps", "touching", "version"]

@@ -8,7 +8,7 @@ import numpy as np
 
 from . import _arrays, _core
 from ._errors import Error, NoSuchObjectError
-from ._questions import Questions
+from ._queries import Queries
 from ._shapes import Shapes
 
 def _dtype(dim: int, number: Any) -> np.dtype:
@@ -126,13 +126,13 @@ class ContactFinder:
         rows = self._finder.rows(*self._given(shapes, motions, pairs, shapes_b, motions_b), tolerance, True)
         return rows.view(_arrays.rows_dtype(self.dim, self.dtype, ("time", "normal", "from_a", "from_b"))).reshape(-1)
 
-    def ray_casts(self, rays: Questions, shapes: Shapes, poses: Any, pairs: Any) -> np.ndarray:
+    def ray_casts(self, rays: Queries, shapes: Shapes, poses: Any, pairs: Any) -> np.ndarray:
         """Where the rays (jostle.rays) hit shapes: pairs (m, 2) are of a ray and an object, such as those of BoxIndex.join.
 
         A structured array of fraction (infinite if a ray misses), normal (out of the surface), point (on the surface, relative
         to the object's position) and part (the triangle or child that is hit). A ray that begins in a solid hits it at 0.
         """
-        if not isinstance(rays, Questions) or rays._kind != 1:
+        if not isinstance(rays, Queries) or rays._kind != 1:
             raise Error("ray_casts wants rays, as jostle.rays makes them")
         hits = self._finder.casts(None, None, rays._numbers(self.dim, self.dtype), shapes._shapes, self._rows(poses),
                                   _arrays.pairs(pairs), _arrays.hits_dtype(self.dim, self.dtype))
@@ -180,7 +180,7 @@ def impacts(shapes: Shapes, motions: Any, pairs: Any, tolerance: float = 1e-3, s
     return _finder(shapes, motions, motions_b).impacts(shapes, motions, pairs, tolerance, shapes_b, motions_b)
 
 
-def ray_casts(rays: Questions, shapes: Shapes, poses: Any, pairs: Any) -> np.ndarray:
+def ray_casts(rays: Queries, shapes: Shapes, poses: Any, pairs: Any) -> np.ndarray:
     """ContactFinder.ray_casts for a single call."""
     return _finder(shapes, poses, None).ray_casts(rays, shapes, poses, pairs)
 

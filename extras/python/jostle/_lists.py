@@ -26,7 +26,7 @@ class Lists:
 
     first   list i is values[first[i]:first[i + 1]]
     values  all lists, one after the other
-    more    whether question i has more than max_results
+    more    whether query i has more than max_results
     """
 
     _each = "values"  #: what a value is called, in repr()
@@ -39,7 +39,7 @@ class Lists:
 
     def __getitem__(self, i: int) -> np.ndarray:
         if not -len(self) <= i < len(self):
-            raise IndexError(f"there are {len(self)} questions, and none of number {i}")
+            raise IndexError(f"there are {len(self)} queries, and none of number {i}")
         i %= len(self)
         return self.values[int(self.first[i]):int(self.first[i + 1])]
 
@@ -47,9 +47,9 @@ class Lists:
         return (self[i] for i in range(len(self)))
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}({len(self)} questions, {len(self.values)} {self._each})"
+        return f"{type(self).__name__}({len(self)} queries, {len(self.values)} {self._each})"
 
-    def question_of(self) -> np.ndarray:
+    def query_of(self) -> np.ndarray:
         """The number of the query of each value, for grouping."""
         return np.repeat(np.arange(len(self)), np.diff(self.first.astype(np.int64)))
 
@@ -60,7 +60,7 @@ class Answers(Lists):
     ids    all of them, one list after the other; `values` is the same array
     at     for rays and sweeps the fraction, for nearest the squared distance; else None
     first  list i is [first[i], first[i + 1])
-    more   whether question i has more answers than max_results
+    more   whether query i has more answers than max_results
     """
 
     _each = "answers"
@@ -74,17 +74,12 @@ class Answers(Lists):
         return self.values
 
 
-class ShapeHits(Lists):
-    """A list of hits per query, nearest first: hits[i] is a structured array of id, fraction, normal, point, part,
-    moving_part.
+class ShapeAnswers(Lists):
+    """A list of shapes per query, nearest first: answers[i] is a structured array with the fields that first() has.
 
-    hits   all of them, one list after the other; `values` is the same array
-    first  list i is [first[i], first[i + 1])
-    more   whether question i has more hits than max_results
+    values  all of them, one list after the other
+    first   list i is values[first[i]:first[i + 1]]
+    more    whether query i has more answers than max_results
     """
 
-    _each = "hits"
-
-    @property
-    def hits(self) -> np.ndarray:
-        return self.values
+    _each = "answers"

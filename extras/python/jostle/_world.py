@@ -6,12 +6,10 @@ from typing import Any, Callable, Iterable, NamedTuple
 
 import numpy as np
 
-from . import _arrays, _core, _shape_queries
+from . import _arrays, _core
 from ._errors import Error
-from ._lists import Answers, ClosePairs, Hits, ShapeHits
-from ._questions import LINES, NOT_NEAREST, AcceptAnswer, Asker, Exclude, Questions, asking, limit, question
-from ._shape_queries import ShapeSweeps
-from ._shapes import Shapes
+from ._lists import Answers, ClosePairs
+from ._queries import AcceptAnswer, Asker, Verbs, asking
 from ._visits import Visit, first_pairs
 
 
@@ -31,7 +29,7 @@ class EndedPairs(NamedTuple):
     reasons: np.ndarray  #: (m,) uint8: 0 moved apart, 1 removed, 2 disabled, 3 filtered
 
 
-class World:
+class World(Verbs):
     """Objects with ids, and the pairs between them: which pairs began, persist and ended.
 
         world = jostle.World(dim=3, dtype=np.float32)
@@ -64,7 +62,7 @@ class World:
             raise Error(f"a world is 2D or 3D, float32 or float64, not {self.dim}D {self.dtype}")
         self._threads, self._kept = _arrays.threads(threads, accept), [
             (_arrays.whole(category, "category"), _arrays.whole(mask, "mask")) for category, mask in layers]
-        self._world = _core.World(_arrays.SPACES[self.dim, self.dtype], margin, _arrays.function(accept, "accept"), self._threads,
+        self._core = _core.World(_arrays.SPACES[self.dim, self.dtype], margin, _arrays.function(accept, "accept"), self._threads,
                                   self._kept)
 
     @staticmethod
@@ -82,34 +80,34 @@ class World:
         filter = (category, mask, owner, is_static)
         if all(_arrays.array(value).ndim == 0 for value in (*filter, margin, enabled)):
             names = (_arrays.whole(value, name) for name, value in (("category", category), ("mask", mask), ("owner", owner)))
-            return self._world.add(given, (*names, int(_arrays.flags(is_static, "is_static", 1)[0])), float(_arrays.numbers(margin, "margin")),
+            return self._core.add(given, (*names, int(_arrays.flags(is_static, "is_static", 1)[0])), float(_arrays.numbers(margin, "margin")),
                                    bool(_arrays.flags(enabled, "enabled", 1)[0]))
         count = 1 if given.shape == (2, self.dim) else len(given)
         filters = _filters(count, *filter)
         margins = _arrays.per_object(_arrays.numbers(margin, "margin"), "margin", count)
         enabled = _arrays.flags(enabled, "enabled", count)
-        ids = self._world.add(given, None, 0.0, True)
+        ids = self._core.add(given, None, 0.0, True)
         try:
-            self._world.set_filter(ids, filters, 0)
-            self._world.set_margin(ids, margins, 0)
-            self._world.set_enabled(ids, enabled, 0)
+            self._core.set_filter(ids, filters, 0)
+            self._core.set_margin(ids, margins, 0)
+            self._core.set_enabled(ids, enabled, 0)
         except BaseException:
-            self._world.remove(ids)
+            self._core.remove(ids)
             raise
         return ids
 
     def remove(self, ids: Any) -> None:
         """Removes these objects, or none of them if one doesn't exist."""
-        self._world.remove(_arrays.ids(ids))
+        self._core.remove(_arrays.ids(ids))
 
     def move(self, ids: Any, boxes: Any, displacements: Any = None, sequence: int = 0) -> None:
         """Sets new boxes, and how far they move in the coming step, (n, d): they also touch what lies in their path."""
         by = None if displacements is None else np.atleast_2d(_arrays.rows(displacements, "displacements", self.dtype))
-        self._world.move(_arrays.ids(ids), self._boxes(boxes), by, _arrays.whole(sequence, "sequence"))
+        self._core.move(_arrays.ids(ids), self._boxes(boxes), by, _arrays.whole(sequence, "sequence"))
 
     def resize(self, ids: Any, sizes: Any, sequence: int = 0) -> None:
         """Sets new edge lengths, (n, d), about the same centres."""
-        self._world.resize(_arrays.ids(ids), np.atleast_2d(_arrays.rows(sizes, "sizes", self.dtype)),
+        self._core.resize(_arrays.ids(ids), np.atleast_2d(_arrays.rows(sizes, "sizes", self.dtype)),
                            _arrays.whole(sequence, "sequence"))
 
     def set_filter(self, ids: Any, category: Any = 1, mask: Any = 2**32 - 1, owner: Any = 2**32 - 1, is_static: Any = False,
@@ -117,23 +115,23 @@ class World:
         """Sets what objects pair with which, as a whole: what isn't given becomes what it is by default, not what it was. Each argument
         is one number for all objects, or one for each."""
         of = _arrays.ids(ids)
-        self._world.set_filter(of, _filters(len(of), category, mask, owner, is_static), _arrays.whole(sequence, "sequence"))
+        self._core.set_filter(of, _filters(len(of), category, mask, owner, is_static), _arrays.whole(sequence, "sequence"))
 
     def set_margin(self, ids: Any, margins: Any, sequence: int = 0) -> None:
         """Sets each object's own margin, in addition to the world's."""
         of = _arrays.ids(ids)
         each = _arrays.per_object(_arrays.numbers(margins, "margins"), "margins", len(of))
-        self._world.set_margin(of, each, _arrays.whole(sequence, "sequence"))
+        self._core.set_margin(of, each, _arrays.whole(sequence, "sequence"))
 
     def set_enabled(self, ids: Any, enabled: Any, sequence: int = 0) -> None:
         """Disabled objects keep their id and box, and touch nothing."""
         of = _arrays.ids(ids)
-        self._world.set_enabled(of, _arrays.flags(enabled, "enabled", len(of)), _arrays.whole(sequence, "sequence"))
+        self._core.set_enabled(of, _arrays.flags(enabled, "enabled", len(of)), _arrays.whole(sequence, "sequence"))
 
     def set_user_data(self, ids: Any, data: Any) -> None:
         """Sets 64 bits of your own for each object; they take effect at once."""
         of = _arrays.ids(ids)
-        self._world.set_user_data(of, _arrays.per_object(_arrays.integers(data, "data", np.uint64), "data", len(of)))
+        self._core.set_user_data(of, _arrays.per_object(_arrays.integers(data, "data", np.uint64), "data", len(of)))
 
     def report_again(self, ids: Any) -> None:
         """Makes the pairs of these objects, or these pairs (m, 2), begin again in the next update if they still touch.
@@ -142,51 +140,51 @@ class World:
         if of.ndim == 2:
             if of.shape[1] != 2:
                 raise Error(f"ids has the shape {of.shape}: it must be (n,), or (m, 2) for pairs")
-            self._world.report_again(np.ascontiguousarray(of[:, 0]), np.ascontiguousarray(of[:, 1]))
+            self._core.report_again(np.ascontiguousarray(of[:, 0]), np.ascontiguousarray(of[:, 1]))
         else:
-            self._world.report_again(of, None)
+            self._core.report_again(of, None)
 
     def update(self, ids: Any = None, boxes: Any = None) -> None:
         """Applies queued commands and finds the pairs that began, persist and ended. With ids and boxes, moves those first."""
         if ids is None or boxes is None:
             if ids is not None or boxes is not None:
                 raise Error(f"{'boxes' if ids is None else 'ids'} came without {'ids' if ids is None else 'boxes'}: give both, or none")
-            self._world.update()
+            self._core.update()
         else:
-            self._world.update_moves(_arrays.ids(ids), self._boxes(boxes))
+            self._core.update_moves(_arrays.ids(ids), self._boxes(boxes))
 
     def apply(self) -> None:
         """Makes queued commands visible before the next update: to queries, touching(), pairs() and everything that tells about
         objects. The lists of the last update stay, and the next update gives the same result as without this call."""
-        self._world.apply()
+        self._core.apply()
 
     # --- Pairs, as of the last update ---
 
     def began(self) -> np.ndarray:
         """Pairs that touch now and didn't before: (m, 2) uint64, ids, ascending by index."""
-        return self._world.began()
+        return self._core.began()
 
     def ended(self) -> EndedPairs:
         """Pairs that touched before and don't now, and why."""
-        return EndedPairs(*self._world.ended())
+        return EndedPairs(*self._core.ended())
 
     def persisted(self) -> np.ndarray:
         """Pairs that touched before and still do, and of which at least one object changed: (m, 2) uint32, by index."""
-        return self._world.persisted()
+        return self._core.persisted()
 
     def changed_pairs(self) -> np.ndarray:
         """The pairs that began and those that persisted as one list, by index, as contacts() takes it."""
-        return self._world.changed_pairs()
+        return self._core.changed_pairs()
 
     def pairs(self) -> np.ndarray:
         """All pairs that touch, by index: (m, 2) uint32. Costs as much as a full search."""
-        return self._world.pairs()
+        return self._core.pairs()
 
     def visit_pairs(self, visit: Visit, *, chunk: int = 4096) -> bool:
         """Calls visit(pairs, at) with all pairs that touch, `chunk` of them at a time, in memory for that many, ascending by index:
         (n, 2) uint64, ids; at is 0. visit returns None or True to go on, False to stop. Returns whether it was never stopped.
         visit may give commands and read the world; it must not update or restore it."""
-        return self._world.visit_pairs(visit, chunk)
+        return self._core.visit_pairs(visit, chunk)
 
     def closest_pairs(self, count: int = 1, other: World | None = None, *, max_distance: float = np.inf) -> ClosePairs:
         """The `count` pairs of objects whose bounds are closest to each other, no further apart than max_distance: of this world's
@@ -199,157 +197,99 @@ class World:
     def visit_closest_pairs(self, visit: Visit, other: World | None = None, *, max_distance: float = np.inf,
                             chunk: int = 64) -> bool:
         """Calls visit(pairs, at) with pairs in the order of closest_pairs(), `chunk` of them at a time: see BoxIndex."""
-        return self._world.visit_closest_pairs(None if other is None else self._other(other), max_distance, visit, chunk)
+        return self._core.visit_closest_pairs(None if other is None else self._other(other), max_distance, visit, chunk)
 
     def touching(self, ids: Any) -> Answers:
         """The objects that each of these objects touches, ascending by index."""
-        first, found = self._world.touching(_arrays.ids(ids))
+        first, found = self._core.touching(_arrays.ids(ids))
         return Answers(first, found, None, np.zeros(len(first) - 1, bool))
-
-    # --- Questions, as those of BoxIndex, with ids of this world ---
-
-    def first(self, questions: Questions, *, asker: Asker | None = None, exclude: Exclude = None,
-              accept: AcceptAnswer | None = None) -> Hits:
-        """What each ray or sweep hits first."""
-        ids, at = self._world.first(question(questions, LINES)._packed(self.dim, self.dtype), asking(asker, exclude, accept))
-        at[ids == 0] = np.inf
-        return Hits(ids, at)
-
-    def all(self, questions: Any, max_results: int | None = None, *, asker: Asker | None = None, exclude: Exclude = None,
-            accept: AcceptAnswer | None = None) -> Answers:
-        """All results of each query."""
-        first, ids, at, more = self._world.all(question(questions)._packed(self.dim, self.dtype),
-                                               asking(asker, exclude, accept), limit(max_results))
-        return Answers(first, ids, at, more.astype(bool))
-
-    def any(self, questions: Any, *, asker: Asker | None = None, exclude: Exclude = None,
-            accept: AcceptAnswer | None = None) -> np.ndarray:
-        """Whether each query has any result: (n,) bool."""
-        return self._world.any(question(questions, NOT_NEAREST)._packed(self.dim, self.dtype),
-                               asking(asker, exclude, accept)).astype(bool)
-
-    def count(self, questions: Any, *, asker: Asker | None = None, exclude: Exclude = None,
-              accept: AcceptAnswer | None = None) -> np.ndarray:
-        """How many results each query has: (n,) uint64."""
-        return self._world.count(question(questions, NOT_NEAREST)._packed(self.dim, self.dtype), asking(asker, exclude, accept))
-
-    def visit(self, questions: Any, visit: Visit, *, chunk: int = 64, asker: Asker | None = None, exclude: int | None = None,
-              accept: AcceptAnswer | None = None) -> bool:
-        """Calls visit(ids, at) with the answers to one query as they are found, `chunk` of them at a time: see BoxIndex.visit.
-        visit may give commands and read the world; it must not update or restore it."""
-        return self._world.visit(question(questions)._packed(self.dim, self.dtype), asking(asker, exclude, accept), visit, chunk)
 
     def join(self, boxes: Any, *, asker: Asker | None = None, exclude: int | None = None,
              accept: AcceptAnswer | None = None) -> np.ndarray:
         """All pairs of one of `boxes` and an object that it touches: (m, 2) uint32, position and index."""
-        return self._world.join(self._boxes(boxes), asking(asker, exclude, accept))
-
-    # Against shapes: `shapes` and `poses` have a row for every id's index, and each shape lies in its box.
-
-    def first_hits(self, casts: Questions | ShapeSweeps, shapes: Shapes, poses: Any, *, asker: Asker | None = None,
-                   exclude: int | None = None, accept: AcceptAnswer | None = None) -> np.ndarray:
-        """The shape that each ray, or each moving shape, hits first: a structured array of id (0 where there is
-        none), fraction (infinite there), normal, point (relative to the object's position), part, moving_part."""
-        return _shape_queries.first_hits(self._world, self.dim, self.dtype, casts, shapes, poses,
-                                         asking(asker, exclude, accept))
-
-    def all_hits(self, casts: Questions | ShapeSweeps, shapes: Shapes, poses: Any, max_results: int | None = None, *,
-                 asker: Asker | None = None,
-                 exclude: int | None = None, accept: AcceptAnswer | None = None) -> ShapeHits:
-        """All shapes that each of them hits, nearest first."""
-        return _shape_queries.all_hits(self._world, self.dim, self.dtype, casts, shapes, poses,
-                                       limit(max_results),
-                                       asking(asker, exclude, accept))
-
-    def nearest_shapes(self, near: Shapes, near_poses: Any, shapes: Shapes, poses: Any, max_distances: Any = np.inf, *,
-                       asker: Asker | None = None,
-                       exclude: int | None = None, accept: AcceptAnswer | None = None) -> np.ndarray:
-        """The shape nearest to each of `near`, which needn't be in the world: a structured array of id, distance (infinite where
-        none is within max_distances), normal, from_a, from_b; a is the shape of `near`."""
-        return _shape_queries.nearest_shapes(self._world, self.dim, self.dtype, near, near_poses, shapes, poses, max_distances,
-                                             asking(asker, exclude, accept))
+        return self._core.join(self._boxes(boxes), asking(asker, exclude, accept))
 
     # --- Objects, as of the last update ---
 
     def __len__(self) -> int:
-        return self._world.size()
+        return self._core.size()
 
     def __contains__(self, id: int) -> bool:
         return bool(self.contains([id])[0])
 
     def index_end(self) -> int:
         """Every index is less than this."""
-        return self._world.index_end()
+        return self._core.index_end()
 
     def contains(self, ids: Any) -> np.ndarray:
         """Which of these ids exist: (n,) bool."""
-        return self._world.contains(_arrays.ids(ids)).astype(bool)
+        return self._core.contains(_arrays.ids(ids)).astype(bool)
 
     def ids(self, indices: Any = None) -> np.ndarray:
         """The ids of these indices (0 where there is none), or of all objects: (n,) uint64."""
         if indices is None:
-            all_ids = self._world.ids(np.arange(self.index_end(), dtype=np.uint32))
+            all_ids = self._core.ids(np.arange(self.index_end(), dtype=np.uint32))
             return all_ids[all_ids != 0]
-        return self._world.ids(_arrays.packed(indices, "indices", np.uint32))
+        return self._core.ids(_arrays.packed(indices, "indices", np.uint32))
 
     def boxes(self, ids: Any) -> np.ndarray:
         """The boxes as they were given: (n, 2, d)."""
-        return self._world.boxes(_arrays.ids(ids))
+        return self._core.boxes(_arrays.ids(ids))
 
     def bounds_of_all(self) -> np.ndarray | None:
         """The smallest box around all bounds, (2, d), except those of disabled objects; None if there are none."""
-        return self._world.bounds_of_all()
+        return self._core.bounds_of_all()
 
     def bounds(self, ids: Any) -> np.ndarray:
         """The bounds that are compared, with margins and displacements: (n, 2, d)."""
-        return self._world.bounds(_arrays.ids(ids))
+        return self._core.bounds(_arrays.ids(ids))
 
     def filters(self, ids: Any) -> np.ndarray:
         """Category, mask, owner, is_static: (n, 4) uint32."""
-        return self._world.filters(_arrays.ids(ids))
+        return self._core.filters(_arrays.ids(ids))
 
     def enabled(self, ids: Any) -> np.ndarray:
         """(n,) bool."""
-        return self._world.enabled(_arrays.ids(ids)).astype(bool)
+        return self._core.enabled(_arrays.ids(ids)).astype(bool)
 
     def user_data(self, ids: Any) -> np.ndarray:
         """Your own 64 bits for each object, (n,) uint64; also for objects that the last update removed."""
-        return self._world.user_data(_arrays.ids(ids))
+        return self._core.user_data(_arrays.ids(ids))
 
     def margins(self, ids: Any) -> np.ndarray:
         """The sum of the world's margin and each object's own: (n,) float64."""
-        return self._world.margins(_arrays.ids(ids))
+        return self._core.margins(_arrays.ids(ids))
 
     # --- Snapshots ---
 
     def save(self) -> bytes:
         """The world's state after the last update, as bytes that are the same on every machine."""
-        return self._world.save()
+        return self._core.save()
 
     def restore(self, snapshot: bytes) -> None:
         """Makes this world the one that was saved."""
-        self._world.restore(bytes(memoryview(snapshot)))
+        self._core.restore(bytes(memoryview(snapshot)))
 
     def save_base(self) -> bytes:
         """Like save(), and makes this state the base: differences are recorded until the next save_base(), restore() or clear()."""
-        return self._world.save_base()
+        return self._core.save_base()
 
     def save_changes(self) -> bytes:
         """How the world differs from its base, as bytes. The cost depends on what differs; resting objects cost nothing."""
-        return self._world.save_changes()
+        return self._core.save_changes()
 
     def restore_changes(self, changes: bytes) -> None:
         """Makes this world the one whose changes these are, like restore(). It keeps its base, which must be that of the changes."""
-        self._world.restore_changes(bytes(memoryview(changes)))
+        self._core.restore_changes(bytes(memoryview(changes)))
 
     def clear(self) -> None:
         """Removes all objects. Ids from before then name other objects, or none."""
-        self._world.clear()
+        self._core.clear()
 
     def fork(self) -> World:
         """Another world like this one."""
         other = World.__new__(World)
-        other.dim, other.dtype, other._threads, other._world = self.dim, self.dtype, self._threads, self._world.fork()
+        other.dim, other.dtype, other._threads, other._core = self.dim, self.dtype, self._threads, self._core.fork()
         other._kept = self._kept
         return other
 
@@ -359,10 +299,10 @@ class World:
         """Makes this world a view of another one with the same dim and dtype: it answers queries as the other one does now, also while the
         other one is updated in another thread. Call it again to catch up; that costs what has changed. A view takes no commands
         until clear() or restore() makes it a world again."""
-        self._world.follow(self._other(other))
+        self._core.follow(self._other(other))
 
     def __getstate__(self) -> tuple[int, str, int, bytes, list[tuple[int, int]]]:
-        if self._world.accept is not None:
+        if self._core.accept is not None:
             raise Error("a world with an `accept` can't be pickled: functions aren't part of a snapshot. Use save() and restore()")
         return self.dim, self.dtype.str, self._threads, self.save(), self._kept
 
@@ -374,11 +314,11 @@ class World:
 
     def stats(self) -> dict[str, float]:
         """What the last update did, and what there is."""
-        return self._world.stats()
+        return self._core.stats()
 
     def explain(self) -> str:
         """Explains the numbers of stats() in words."""
-        return self._world.explain()
+        return self._core.explain()
 
     def __repr__(self) -> str:
         stats = self.stats()
@@ -391,7 +331,7 @@ class World:
     def _other(other: World) -> _core.World:
         if not isinstance(other, World):
             raise Error(f"other is of the type {type(other).__name__}: it must be a World")
-        return other._world
+        return other._core
 
     def _boxes(self, given: Any) -> np.ndarray:
         out = _arrays.boxes(given, dtype=self.dtype)

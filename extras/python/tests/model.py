@@ -54,7 +54,7 @@ class Asked:
         self.salt = None if rng.random() < 0.6 else int(rng.integers(0, 5))
         self.limit = None if kind.startswith("nearest") or rng.random() < 0.5 else int(rng.integers(0, 5))
 
-    def questions(self, jostle, dtype):
+    def queries(self, jostle, dtype):
         make = getattr(jostle, self.kind)
         return {"rays": lambda: make(self.points, self.ways, self.most), "sweeps": lambda: make(self.boxes, self.ways, self.most),
                 "overlapping": lambda: make(self.boxes.astype(dtype)), "spheres": lambda: make(self.points, self.radii),
@@ -62,11 +62,11 @@ class Asked:
                 "nearest_to_boxes": lambda: make(self.boxes, self.count, self.radii)}[self.kind]()
 
     def filters(self):
-        accept = None if self.salt is None else (lambda question, id: self.accepts(question, id))
+        accept = None if self.salt is None else (lambda query, id: self.accepts(query, id))
         return dict(asker=self.asker, exclude=self.exclude, accept=accept)
 
-    def accepts(self, question, id):
-        return (question * 7 + int(id) * 3 + self.salt) % 4 != 0
+    def accepts(self, query, id):
+        return (query * 7 + int(id) * 3 + self.salt) % 4 != 0
 
     def _at(self, boxes):
         """(n, m): where each query finds each box; NaN where it doesn't."""
@@ -127,7 +127,7 @@ class Asked:
             sizes.append(len(ids))
             told.extend(zip(ids.tolist(), at.tolist()))
 
-        assert asked.visit(self.questions(jostle, asked.dtype), visit, chunk=chunk, **self.filters(), **columns)
+        assert asked.visit(self.queries(jostle, asked.dtype), visit, chunk=chunk, **self.filters(), **columns)
         is_region = self.kind in ("overlapping", "spheres", "frustums")
         assert (sorted(told) == sorted(expected[0]) if is_region else told == expected[0]), self.kind
         assert all(one == chunk for one in sizes[:-1])
@@ -138,8 +138,8 @@ class Asked:
         if self.n:
             one = self.only(self.n // 2)
             one.check_visit(jostle, asked, one.expected(ids, boxes, *filters), self.count + 1, **columns)
-        questions, filters = self.questions(jostle, asked.dtype), {**self.filters(), **columns}
-        found = asked.all(questions, self.limit, **filters)
+        queries, filters = self.queries(jostle, asked.dtype), {**self.filters(), **columns}
+        found = asked.all(queries, max_results=self.limit, **filters)
         assert len(found) == self.n
         assert (found.at is None) == (self.kind in ("overlapping", "spheres", "frustums"))
         at = np.zeros(len(found.ids)) if found.at is None else found.at
@@ -150,10 +150,10 @@ class Asked:
             else:
                 assert len(got) == min(self.limit, len(whole)) and set(got) <= set(whole) and found.more[q] == (len(whole) > self.limit)
         if not self.kind.startswith("nearest"):
-            assert asked.count(questions, **filters).tolist() == [len(one) for one in expected], self.kind
-            assert asked.any(questions, **filters).tolist() == [len(one) > 0 for one in expected], self.kind
+            assert asked.count(queries, **filters).tolist() == [len(one) for one in expected], self.kind
+            assert asked.any(queries, **filters).tolist() == [len(one) > 0 for one in expected], self.kind
         if self.kind in ("rays", "sweeps"):
-            hits = asked.first(questions, **filters)
+            hits = asked.first(queries, **filters)
             nothing = (-1 if hits.ids.dtype == np.int64 else 0, np.inf)
             assert list(zip(hits.ids.tolist(), hits.at.tolist())) == [one[0] if one else nothing for one in expected]
 

@@ -114,7 +114,7 @@ def test_casts(dim, dtype):
 
 
 @pytest.mark.parametrize("dim,dtype", KINDS)
-def test_questions_to_all_shapes(dim, dtype):
+def test_queries_of_all_shapes(dim, dtype):
     rng = np.random.default_rng(12)
     poses = jostle.poses((rng.random((60, dim)) * 10).astype(dtype))
     shapes = jostle.Shapes.spheres(rng.random(60), dim)
@@ -122,42 +122,63 @@ def test_questions_to_all_shapes(dim, dtype):
     index, world = jostle.BoxIndex(boxes), jostle.World(dim=dim, dtype=dtype)
     ids = world.add(boxes)
     world.update()
-    pairs = [(question, ball) for question in range(30) for ball in range(60)]
+    pairs = [(query, ball) for query in range(30) for ball in range(60)]
     origins = (rng.random((30, dim)) * 10).astype(dtype)
     rays = jostle.rays(origins, rng.random((30, dim)).astype(dtype) - 0.5)
     movers = jostle.Shapes.same(jostle.box([0.1] * dim), 30)
-    sweeps = jostle.ShapeSweeps(movers, jostle.poses(origins), np.full((30, dim), 2, dtype))
+    moves = (movers, jostle.poses(origins), np.full((30, dim), 2, dtype))
+    sweeps = jostle.shape_sweeps(*moves)
     for casts, every in ((rays, jostle.ray_casts(rays, shapes, poses, pairs)),
-                         (sweeps, jostle.shape_casts(*sweeps, shapes, poses, pairs))):
+                         (sweeps, jostle.shape_casts(*moves, shapes, poses, pairs))):
         fractions = every["fraction"].reshape(30, 60)
-        first, of_world = index.first_hits(casts, shapes, poses), world.first_hits(casts, shapes, poses)
+        first, of_world = index.first(casts, shapes, poses), world.first(casts, shapes, poses)
         assert first["normal"].shape == (30, dim) and first["fraction"].dtype == dtype
         assert np.array_equal(first["fraction"], fractions.min(axis=1)) and np.isfinite(first["fraction"]).any()
         assert np.array_equal(first["id"], np.where(np.isfinite(fractions.min(axis=1)), fractions.argmin(axis=1), -1))
         assert np.array_equal(of_world["point"], first["point"])
         assert np.array_equal(of_world["id"], np.where(first["id"] < 0, 0, ids[first["id"]]))
-        hits = index.all_hits(casts, shapes, poses)
+        hits = index.all(casts, shapes, poses)
         assert len(hits) == 30 and not hits.more.any()
         for i, found in enumerate(hits):
             order = np.lexsort((np.arange(60), fractions[i]))[:np.isfinite(fractions[i]).sum()]
             assert np.array_equal(found["id"], order) and np.array_equal(found["fraction"], fractions[i][order])
-        few = world.all_hits(casts, shapes, poses, 1)
+        few = world.all(casts, shapes, poses, max_results=1)
         assert np.array_equal(few.more, [len(found) > 1 for found in hits])
-        odd = index.first_hits(casts, shapes, poses, accept=lambda question, ball: ball % 2 == 1)
+        assert np.array_equal(world.count(casts, shapes, poses), [len(found) for found in hits])
+        assert np.array_equal(index.any(casts, shapes, poses), [len(found) > 0 for found in hits])
+        odd = index.first(casts, shapes, poses, accept=lambda query, ball: ball % 2 == 1)
         assert np.array_equal(odd["fraction"], fractions[:, 1::2].min(axis=1))
     points = jostle.Shapes.same(jostle.sphere(0, dim), 30)
     starts = jostle.poses(origins)
     every = jostle.distances(points, starts, pairs, shapes_b=shapes, poses_b=poses)["distance"].reshape(30, 60)
-    nearest = index.nearest_shapes(points, starts, shapes, poses)
+    nearest = index.first(jostle.nearest_to_shapes(points, starts), shapes, poses)
     assert np.array_equal(nearest["distance"], every.min(axis=1)) and np.array_equal(nearest["id"], every.argmin(axis=1))
-    near = world.nearest_shapes(points, starts, shapes, poses, 0.1, exclude=int(ids[nearest["id"][0]]))
+    near = world.first(jostle.nearest_to_shapes(points, starts, max_distance=0.1), shapes, poses, exclude=int(ids[nearest["id"][0]]))
     assert np.array_equal(near["id"] == 0, np.where(np.arange(60) == nearest["id"][0], np.inf, every).min(axis=1) > dtype(0.1))
-    with pytest.raises(jostle.Error, match="ShapeSweeps"):
-        index.first_hits(origins, shapes, poses)
+    three = index.all(jostle.nearest_to_shapes(points, starts, 3, np.full(30, np.inf)), shapes, poses)
+    assert np.array_equal(three.values["distance"].reshape(30, 3), np.sort(every, axis=1)[:, :3])
+    seen = []
+    assert index.visit(jostle.nearest_to_shapes(jostle.Shapes.same(jostle.sphere(0, dim), 1), starts[:1], 3), lambda ids, at: seen.extend(zip(ids, at)),
+                       shapes, poses)
+    assert seen == [(one["id"], one["distance"]) for one in three[0]]
+    # Shapes that stay touch what is at no distance.
+    some = jostle.posed_shapes(movers, starts)
+    boxes_apart = jostle.distances(movers, starts, pairs, shapes_b=shapes, poses_b=poses)["distance"].reshape(30, 60)
+    touched = index.all(some, shapes, poses)
+    assert touched.at is None and [sorted(one) for one in touched] == [np.nonzero(row <= 0)[0].tolist() for row in boxes_apart]
+    assert np.array_equal(world.count(some, shapes, poses), (boxes_apart <= 0).sum(axis=1))
+    with pytest.raises(jostle.Error, match="kind overlapping: this call takes rays, shape_sweeps, nearest_to_shapes of shapes"):
+        index.first(boxes, shapes, poses)
+    with pytest.raises(jostle.Error, match="kind shape_sweeps: this call takes rays, sweeps, nearest, nearest_to_boxes"):
+        index.first(sweeps)
+    with pytest.raises(jostle.Error, match="shapes and poses, or neither"):
+        index.any(rays, shapes)
+    with pytest.raises(jostle.Error, match="type list: it must be a Shapes"):
+        jostle.posed_shapes([1], starts)
     with pytest.raises(jostle.Error, match="query 0: a ray"):
-        index.first_hits(jostle.rays(origins, np.zeros(dim, dtype)), shapes, poses)
-    with pytest.raises(jostle.Error, match="displacements"):
-        index.first_hits(jostle.ShapeSweeps(movers, jostle.poses(origins), np.ones((3, dim), dtype)), shapes, poses)
+        index.first(jostle.rays(origins, np.zeros(dim, dtype)), shapes, poses)
+    with pytest.raises(jostle.Error, match="30 poses and 3 displacements"):
+        index.first(jostle.shape_sweeps(movers, jostle.poses(origins), np.ones((3, dim), dtype)), shapes, poses)
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
@@ -279,8 +300,8 @@ def test_mistakes_name_the_object():
                         (lambda: jostle.motions(poses[:, :6], poses[:, :6]), r"starts has the shape \(2, 6\)"),
                         (lambda: jostle.touching(shapes, poses[0], [(0, 1)]), r"poses has the shape \(7,\)"),
                         (lambda: jostle.hull([1.0, 2, 3]), r"must be \(n, 3\)"),
-                        (lambda: jostle.BoxIndex(jostle.bounds(shapes, poses)).nearest_shapes(shapes, poses, shapes, poses, [1, 2, 3]),
-                         r"max_distances has the shape \(3,\)"),
+                        (lambda: jostle.BoxIndex(jostle.bounds(shapes, poses)).first(jostle.nearest_to_shapes(shapes, poses, 1, [1, 2, 3]), shapes, poses),
+                         "2 poses and 3 distances"),
                         (lambda: jostle.Shapes([jostle.sphere(1), jostle.sphere(1, 2)]), "3D")):
         with pytest.raises(jostle.Error, match=words):
             call()
@@ -369,7 +390,8 @@ def test_shapes_that_repeat_serve_for_all_configurations(count):
     assert np.array_equal(finder.distances(arm, poses, pairs), finder.distances(copies, poses, pairs))
     index = jostle.BoxIndex(jostle.bounds(copies, poses)[:12])
     moved, whole = poses[:12] + [3, 0, 0, 0, 0, 0, 0], jostle.Shapes(links * 4)
-    assert np.array_equal(index.nearest_shapes(arm, moved, arm, poses[:12]), index.nearest_shapes(whole, moved, whole, poses[:12]))
+    assert np.array_equal(index.first(jostle.nearest_to_shapes(arm, moved), arm, poses[:12]),
+                          index.first(jostle.nearest_to_shapes(whole, moved), whole, poses[:12]))
     arm.repeats = False
     with pytest.raises(jostle.Error):
         finder.touching(arm, poses, pairs)

@@ -21,7 +21,7 @@ def both(boxes):
 
 
 @pytest.mark.parametrize("dim,dtype", KINDS)
-def test_questions(dim, dtype):
+def test_queries(dim, dtype):
     boxes = some_boxes(500, dim, dtype)
     index, world, ids = both(boxes)
     asked = some_boxes(20, dim, dtype, 9)
@@ -32,9 +32,9 @@ def test_questions(dim, dtype):
         assert np.array_equal(world.all(q).ids, ids[answers.ids])
     assert np.array_equal(index.count(asked), hits.sum(1)) and np.array_equal(index.any(asked), hits.any(1))
     assert np.array_equal(world.count(asked), hits.sum(1)) and np.array_equal(world.any(asked), hits.any(1))
-    cut = index.all(asked, 1)
+    cut = index.all(asked, max_results=1)
     assert np.array_equal(np.diff(cut.first), np.minimum(hits.sum(1), 1)) and np.array_equal(cut.more, hits.sum(1) > 1)
-    assert np.array_equal(answers.question_of(), np.nonzero(hits)[0])
+    assert np.array_equal(answers.query_of(), np.nonzero(hits)[0])
 
     points = asked[:, 0].astype(np.float64)
     gaps = np.maximum(0, np.maximum(boxes[None, :, 0] - points[:, None], points[:, None] - boxes[None, :, 1]))
@@ -59,7 +59,7 @@ def test_questions(dim, dtype):
     assert index.count(jostle.frustums([plane, np.empty((0, dim + 1))])).tolist() == [(boxes[:, 1, 0] >= dtype(0.5)).sum(), 500]
 
 
-def test_question_filters():
+def test_query_filters():
     boxes = np.zeros((10, 2, 2))
     boxes[:, 1] = 1
     index, world, ids = both(boxes)
@@ -68,7 +68,7 @@ def test_question_filters():
     category = np.arange(10, dtype=np.uint32)
     assert index.count(everywhere, category=category, mask=np.full(10, 1), asker=(1, 4))[0] == sum(i & 4 != 0 for i in range(10))
     assert index.count(everywhere, owner=np.arange(10) % 3, asker=(1, 1, 2))[0] == 7
-    assert index.count(everywhere, accept=lambda question, id: id % 2 == 0)[0] == 5
+    assert index.count(everywhere, accept=lambda query, id: id % 2 == 0)[0] == 5
     world.set_filter(ids[:4], category=8)
     world.update()
     assert world.count(everywhere, asker=(1, 8))[0] == 4
@@ -77,17 +77,17 @@ def test_question_filters():
     assert [sorted(answers[i]) for i in range(10)] == [[k for k in range(10) if k != i] for i in range(10)]
     assert world.all(boxes, exclude=ids)[3].tolist() == [id for id in ids if id != ids[3]]
     many = np.repeat(boxes, 500, axis=0)  # more than are asked at once
-    assert (index.count(many, exclude=np.repeat(np.arange(10), 500), accept=lambda question, id: id == question // 500) == 0).all()
+    assert (index.count(many, exclude=np.repeat(np.arange(10), 500), accept=lambda query, id: id == query // 500) == 0).all()
     with pytest.raises(jostle.Error, match="10 queries and 3 ids to exclude"):
         index.count(boxes, exclude=[1, 2, 3])
     with pytest.raises(jostle.Error, match="single id"):
         world.join(boxes, exclude=ids)
     with pytest.raises(ZeroDivisionError):
-        index.any(everywhere, accept=lambda question, id: 1 / 0)
+        index.any(everywhere, accept=lambda query, id: 1 / 0)
     with pytest.raises(KeyError):
-        world.all(everywhere, accept=lambda question, id: {}[id])
+        world.all(everywhere, accept=lambda query, id: {}[id])
     with pytest.raises(KeyError):
-        world.join(everywhere, accept=lambda question, id: {}[id])
+        world.join(everywhere, accept=lambda query, id: {}[id])
 
 
 @pytest.mark.parametrize("dim,dtype", KINDS)
@@ -475,8 +475,8 @@ def test_visits(dim, dtype):
                             (lambda: on.visit(everywhere, lambda ids, at: 0.5, chunk=9), "order"),
                             (lambda: on.visit(jostle.nearest(middle, 9), lambda ids, at: float("nan")), "NaN"),
                             (lambda: on.visit(jostle.nearest(middle, 9), lambda ids, at: float("nan"), chunk=2), "NaN"),
-                            (lambda: on.visit(boxes[:2], lambda ids, at: None), "2 questions"),
-                            (lambda: on.visit(boxes[:0], lambda ids, at: None), "0 questions"),
+                            (lambda: on.visit(boxes[:2], lambda ids, at: None), "2 queries"),
+                            (lambda: on.visit(boxes[:0], lambda ids, at: None), "0 queries"),
                             (lambda: on.visit(region, lambda ids, at: None, chunk=0), "chunk"),
                             (lambda: on.visit_closest_pairs(lambda pairs, at: float("nan")), "NaN"),
                             (lambda: on.visit_pairs(lambda pairs, at: 1.5), "order"),
@@ -576,14 +576,14 @@ def test_slots_of_pairs():
     assert slots.save() == other.save()
 
 
-def test_questions_asked_in_parts():
+def test_queries_asked_in_parts():
     boxes = some_boxes(60, 2, np.float64)
     index, world, ids = both(boxes)
     many = np.concatenate([some_boxes(10_000, 2, np.float64, seed) for seed in (1, 2, 3)])
     hits = touch(many, boxes)
     for on, names in ((index, np.arange(60)), (world, ids)):
         assert np.array_equal(on.count(many), hits.sum(1)) and np.array_equal(on.any(many), hits.any(1))
-        answers = on.all(many, 2)
+        answers = on.all(many, max_results=2)
         assert len(answers) == 30_000 and np.array_equal(answers.more, hits.sum(1) > 2)
         assert all(np.array_equal(answers[i], names[np.flatnonzero(hits[i])[:2]]) for i in range(0, 30_000, 331))
         lines = on.first(jostle.rays(many[:, 0], many[:, 1] - many[:, 0]))
@@ -591,8 +591,8 @@ def test_questions_asked_in_parts():
         near = on.all(jostle.nearest(many[:, 0], 2))
         assert near.at.shape == (60_000,) and np.array_equal(near[29_000], on.all(jostle.nearest(many[29_000:29_001, 0], 2))[0])
         told = set()
-        on.any(many, accept=lambda question, id: told.add((question, id)))
-        assert told == {(q, names[i]) for q, i in zip(*np.nonzero(hits))}  # questions count from the first of all
+        on.any(many, accept=lambda query, id: told.add((query, id)))
+        assert told == {(q, names[i]) for q, i in zip(*np.nonzero(hits))}  # queries count from the first of all
     many[25_000] = many[25_000, ::-1] + 1
     many[25_000, 1] -= 5
     for call in (index.any, index.count, index.all):
@@ -765,13 +765,13 @@ def test_functions_are_asked_on_the_thread_that_called():
     other.update()
     named = []
 
-    def some(question, id):
+    def some(query, id):
         accept()
-        named.append((question, id))
-        return question % 3 != 0
+        named.append((query, id))
+        return query % 3 != 0
     kept = other.join(boxes)
     assert np.array_equal(other.join(boxes, accept=some), kept[kept[:, 0] % 3 != 0])
-    assert [question for question, _ in named] == sorted(kept[:, 0].tolist()) and set(asked) == {caller}
+    assert [query for query, _ in named] == sorted(kept[:, 0].tolist()) and set(asked) == {caller}
     streaming, many = set(), some_boxes(30_000, 3, np.float64, size=0.05)  # enough for several threads
     parts = list(jostle.iter_pairs(many, accept=lambda a, b: streaming.add(threading.get_ident()) or True, threads=4))
     assert sum(map(len, parts)) == len(jostle.find_pairs(many, accept=accept, threads=4))
@@ -834,7 +834,7 @@ def test_arguments_that_mean_something_else_are_refused():
             (lambda: world.closest_pairs(1, index), "other is of the type BoxIndex: it must be a World"),
             (lambda: index.pairs(world), "other is of the type World: it must be a BoxIndex"),
             (lambda: world.set_margin(ids, 1, sequence=1.5), "sequence is 1.5"),
-            (lambda: index.all(boxes, -1), "max_results is -1"),
+            (lambda: index.all(boxes, max_results=-1), "max_results is -1"),
             (lambda: index.all(boxes[:, 0]), r"overlapping: boxes has the shape \(4, 3\): among boxes in 3D it must be \(n, 6\)"),
             (lambda: index.first(jostle.rays(boxes[:, 0, :2], [0, 0, 1])), r"rays: origins has the shape \(4, 2\)"),
             (lambda: index.all(jostle.spheres(boxes[:, 0], [1, 2, 3])), "spheres: centers, radii must have as many rows as each other, or one; they have 3 and 4"),

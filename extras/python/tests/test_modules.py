@@ -21,12 +21,12 @@ def test_lists_of_answers_and_of_hits_are_alike():
     index = jostle.BoxIndex([[0, 0, 0, 1, 1, 1], [2, 0, 0, 3, 1, 1]])
     rays = jostle.rays([[-1, 0.5, 0.5], [-1, 5, 5]], [10, 0, 0])
     shapes, poses = jostle.Shapes.boxes([[0.5] * 3] * 2), jostle.poses([[0.5] * 3, [2.5, 0.5, 0.5]])
-    answers, hits = index.all(rays), index.all_hits(rays, shapes, poses)
-    assert answers.ids is answers.values and hits.hits is hits.values
+    answers, hits = index.all(rays), index.all(rays, shapes, poses)
+    assert answers.ids is answers.values
     for lists in (answers, hits):
         assert [len(one) for one in lists] == [2, 0] and len(lists) == 2
-        np.testing.assert_array_equal(lists.question_of(), [0, 0])
+        np.testing.assert_array_equal(lists.query_of(), [0, 0])
         assert len(lists[-2]) == 2 and not lists.more.any()
-        with pytest.raises(IndexError, match="there are 2 questions, and none of number 2"):
+        with pytest.raises(IndexError, match="there are 2 queries, and none of number 2"):
             lists[2]
-    assert repr(answers) == "Answers(2 questions, 2 answers)" and repr(hits) == "ShapeHits(2 questions, 2 hits)"
+    assert repr(answers) == "Answers(2 queries, 2 answers)" and repr(hits) == "ShapeAnswers(2 queries, 2 answers)"

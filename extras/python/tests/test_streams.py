@@ -186,7 +186,7 @@ class Stream:
         world.visit_pairs(lambda some, at: told.extend(some.tolist()), chunk=int(self.rng.choice([1, 2, 3, 64])))
         assert told == [[seen[i].id, seen[j].id] for i, j in sorted(pairs)]
 
-    def check_questions(self, world, seen, pairs, model):
+    def check_queries(self, world, seen, pairs, model):
         ids, bounds, filters = model.arrays(seen)
         kind = KINDS[self.rng.integers(0, len(KINDS))]
         asked = Asked(self.rng, self.dim, kind, bounds, ids)
@@ -232,7 +232,7 @@ class Stream:
         self.check_lists(self.world, model)
         self.check_objects(self.world, model.seen, model)
         self.check_pairs(self.world, model.seen, model.pairs)
-        self.check_questions(self.world, model.seen, model.pairs, model)
+        self.check_queries(self.world, model.seen, model.pairs, model)
         ids, bounds, _ = model.arrays(model.seen)
         theirs = self.inner_model.arrays(self.inner_model.seen)[:2]
         if len(ids) and len(theirs[0]):
@@ -243,7 +243,7 @@ class Stream:
             of = Model(self.dim, margin)
             self.check_objects(self.view, seen, of, has_data=False)
             self.check_pairs(self.view, seen, pairs)
-            self.check_questions(self.view, seen, pairs, of)
+            self.check_queries(self.view, seen, pairs, of)
             assert len(self.view.began()) == len(self.view.ended().pairs) == len(self.view.persisted()) == 0
         if rng.random() < 0.2 and not self.has_accept:
             fork = self.world.fork()
@@ -437,7 +437,7 @@ def test_a_world_is_updated_inside_anothers_accept():
         world.update()
         assert len(world.began()) == 15
     with pytest.raises(jostle.Error, match="in use"):
-        worlds[0].count(boxes[:1], accept=lambda question, id: worlds[0].update())
+        worlds[0].count(boxes[:1], accept=lambda query, id: worlds[0].update())
     assert [asked.count(depth) for depth in range(3)] == [15, 15 + 15**2, 15 + 15**2 + 15**3]
 
 

@@ -26,7 +26,7 @@
 #include "jostle/error.hpp"
 #include "jostle/executor.hpp"
 #include "jostle/pair_buffer.hpp"
-#include "jostle/query.hpp"
+#include "jostle/queries.hpp"
 #include "jostle/version.hpp"
 #include "jostle/world.hpp"
 
@@ -164,7 +164,7 @@ struct Arrival
     std::span<const std::byte> payload; ///< what `pack` wrote there
 };
 
-/// Says which objects a question is about, as ObjectQueryFilter does. A part that is left as it is filters
+/// Says which objects a query is about, as ObjectQueryFilter does. A part that is left as it is filters
 /// nothing.
 struct QueryFilter
 {
@@ -175,22 +175,10 @@ struct QueryFilter
     std::optional<std::uint64_t> exclude = {}; ///< nor does this one
 };
 
-/// One filter for each question of a batch: an array, vector or span of them. A view.
-class FilterOfEach
-{
-  public:
-    template <class Many>
-        requires std::convertible_to<const Many&, std::span<const QueryFilter>>
-    FilterOfEach(const Many& filters) noexcept : filters_(filters)
-    {
-    }
-    operator std::span<const QueryFilter>() const noexcept { return filters_; }
+/// The filters of a batch: one for all queries, or an array, vector or span with one for each. A view.
+using Filters = detail::QueryFilters<QueryFilter>;
 
-  private:
-    std::span<const QueryFilter> filters_;
-};
-
-/// An object that a question has found.
+/// An object that a query has found.
 struct Found
 {
     std::uint64_t id = 0;
@@ -208,7 +196,7 @@ struct ObjectHit
     friend constexpr bool operator==(const ObjectHit&, const ObjectHit&) = default;
 };
 
-/// What was found for each of many questions: list i belongs to question i.
+/// What was found for each of many queries: list i belongs to query i.
 template <class Item>
 class Answers
 {
@@ -219,7 +207,7 @@ class Answers
         const std::size_t first = i == 0 ? 0 : ends_[i - 1];
         return std::span<const Item>(items_).subspan(first, ends_[i] - first);
     }
-    /// Whether question i has more results than `max_results`, which list i was cut to.
+    /// Whether query i has more results than `max_results`, which list i was cut to.
     [[nodiscard]] bool more(std::size_t i) const noexcept { return more_[i] != 0; }
     /// All lists, one behind the other.
     [[nodiscard]] std::span<const Item> items() const noexcept { return items_; }
@@ -290,11 +278,11 @@ struct WorldStats
     double us_wait = 0;      ///< for messages and for other ranks
 };
 
-/// Tells what the last collective question of this rank did; times are wall-clock microseconds.
-struct QuestionStats
+/// Tells what the last collective query of this rank did; times are wall-clock microseconds.
+struct QueryStats
 {
-    std::uint64_t asked = 0;    ///< questions that this rank brought
-    std::uint64_t answered = 0; ///< questions that it searched its part of the scene for, its own included
+    std::uint64_t asked = 0;    ///< queries that this rank brought
+    std::uint64_t answered = 0; ///< queries that it searched its part of the scene for, its own included
     std::uint64_t messages = 0; ///< sent to other ranks
     std::uint64_t bytes = 0;    ///< in them
     double us_total = 0;
@@ -387,13 +375,13 @@ class JOSTLE_API World
     [[nodiscard]] ObjectFilter filter(std::uint64_t id) const;
     [[nodiscard]] bool enabled(std::uint64_t id) const;
 
-    // --- Questions about the whole scene, as of the last update: collective ---
+    // --- Queries about the whole scene, as of the last update: collective ---
     // They are those of jostle::World, with the same answers, where ids stand for indices; the same for any
-    // number of ranks. Each rank brings as many questions as it likes, or none, and gets the answers to its
-    // own. Questions go to the ranks whose regions they may reach, a frustum to all of them; answers come
+    // number of ranks. Each rank brings as many queries as it likes, or none, and gets the answers to its
+    // own. Queries go to the ranks whose regions they may reach, a frustum to all of them; answers come
     // back: two exchanges and two reductions, for `nearest` four exchanges, and no other cost for ranks that
-    // aren't reached. Each rank answers on its executor's threads. One filter serves all questions of a
-    // rank, or there is one for each. Ranks that ask for different things at a time, bad questions, or too
+    // aren't reached. Each rank answers on its executor's threads. One filter serves all queries of a
+    // rank, or there is one for each. Ranks that ask for different things at a time, bad queries, or too
     // few places for answers are a Failure on all ranks; what there is for answers is empty or cut short.
 
     static constexpr std::uint64_t no_limit = ~std::uint64_t{0};
@@ -401,42 +389,29 @@ class JOSTLE_API World
     /// The first hit on each line, of several at the same place the one with the lowest id. `Line` is
     /// Ray<Dim, T> or Sweep<Dim, T>.
     template <class Line>
-    void first(std::span<const Line> lines, std::span<ObjectHit<T>> out,
-               const QueryFilter& filter = {}) const;
-    template <class Line>
-    void first(std::span<const Line> lines, std::span<ObjectHit<T>> out, FilterOfEach filters) const;
+    void first(std::span<const Line> lines, std::span<ObjectHit<T>> out, const Filters& filters = {}) const;
     /// All hits on each line, ascending by (at, id), or the first `max_results` of them.
     template <class Line>
-    void all(std::span<const Line> lines, Answers<ObjectHit<T>>& out, const QueryFilter& filter = {},
-             std::uint64_t max_results = no_limit) const;
-    template <class Line>
-    void all(std::span<const Line> lines, Answers<ObjectHit<T>>& out, FilterOfEach filters,
+    void all(std::span<const Line> lines, Answers<ObjectHit<T>>& out, const Filters& filters = {},
              std::uint64_t max_results = no_limit) const;
     /// What touches each region, ascending by id, or the first `max_results` of it. `Region` is Aabb, Sphere
     /// or Frustum.
     template <class Region>
-    void all(std::span<const Region> regions, Answers<Found>& out, const QueryFilter& filter = {},
-             std::uint64_t max_results = no_limit) const;
-    template <class Region>
-    void all(std::span<const Region> regions, Answers<Found>& out, FilterOfEach filters,
+    void all(std::span<const Region> regions, Answers<Found>& out, const Filters& filters = {},
              std::uint64_t max_results = no_limit) const;
     /// The nearest, ascending by (squared distance, id). `Near` is Nearest or NearestToBox.
     template <class Near>
-    void nearest(std::span<const Near> questions, Answers<ObjectHit<T>>& out,
-                 const QueryFilter& filter = {}) const;
-    template <class Near>
-    void nearest(std::span<const Near> questions, Answers<ObjectHit<T>>& out, FilterOfEach filters) const;
-    /// How many there are. `Question` is Ray, Sweep, Aabb, Sphere or Frustum.
-    template <class Question>
-    void count(std::span<const Question> questions, std::span<std::uint64_t> out,
-               const QueryFilter& filter = {}) const;
-    template <class Question>
-    void count(std::span<const Question> questions, std::span<std::uint64_t> out, FilterOfEach filters) const;
+    void nearest(std::span<const Near> queries, Answers<ObjectHit<T>>& out,
+                 const Filters& filters = {}) const;
+    /// How many there are. `Query` is Ray, Sweep, Aabb, Sphere or Frustum.
+    template <class Query>
+    void count(std::span<const Query> queries, std::span<std::uint64_t> out,
+               const Filters& filters = {}) const;
 
-    [[nodiscard]] const QuestionStats& question_stats() const noexcept;
+    [[nodiscard]] const QueryStats& query_stats() const noexcept;
 
-    // --- The same questions about this rank's objects alone, wherever they are: without other ranks ---
-    // An `Error` names what is wrong with a question. The first one after an update in which one of this
+    // --- The same queries about this rank's objects alone, wherever they are: without other ranks ---
+    // An `Error` names what is wrong with a query. The first one after an update in which one of this
     // rank's objects changed builds an index of them, which takes about 0.2 us an object.
 
     template <class Line>
@@ -449,10 +424,10 @@ class JOSTLE_API World
     bool all_owned(const Region& region, std::vector<Found>& out, const QueryFilter& filter = {},
                    std::uint64_t max_results = no_limit) const;
     template <class Near>
-    void nearest_owned(const Near& question, std::vector<ObjectHit<T>>& out,
+    void nearest_owned(const Near& query, std::vector<ObjectHit<T>>& out,
                        const QueryFilter& filter = {}) const;
-    template <class Question>
-    [[nodiscard]] std::uint64_t count_owned(const Question& question, const QueryFilter& filter = {}) const;
+    template <class Query>
+    [[nodiscard]] std::uint64_t count_owned(const Query& query, const QueryFilter& filter = {}) const;
 
     // --- Snapshots, of the world as of the last update ---
 

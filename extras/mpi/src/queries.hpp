@@ -10,7 +10,7 @@
 #include "bytes.hpp"
 #include "jostle/mpi.hpp"
 
-// How each question goes to other ranks, and how far it reaches.
+// How each query goes to other ranks, and how far it reaches.
 
 JOSTLE_NAMESPACE_BEGIN
 namespace mpi {
@@ -22,8 +22,6 @@ enum class Purpose : std::uint8_t
     nearest,
     count,
 };
-
-using Filters = detail::QueryFilters<QueryFilter>;
 
 template <int Dim, class T>
 using Planes = std::pmr::vector<Plane<Dim, T>>; ///< of a frustum that came here, which refers to them
@@ -71,10 +69,10 @@ template <int Dim, class T>
     return reach;
 }
 
-/// Form<Question>::write and read turn a question into bytes and back; reach() has a point in common with the
-/// bounds of every object that the question finds. For nearest() there is asker(): the box from which is
+/// Form<Query>::write and read turn a query into bytes and back; reach() has a point in common with the
+/// bounds of every object that the query finds. For nearest() there is asker(): the box from which is
 /// measured.
-template <class Question>
+template <class Query>
 struct Form;
 
 template <int Dim, class T>
@@ -204,41 +202,38 @@ template <int Dim, class T>
 struct Form<NearestToBox<Dim, T>>
 {
     template <class Bytes>
-    static void write(Bytes& bytes, const NearestToBox<Dim, T>& question)
+    static void write(Bytes& bytes, const NearestToBox<Dim, T>& query)
     {
-        put(bytes, question.box);
-        put(bytes, question.count);
-        put(bytes, question.max_distance);
+        put(bytes, query.box);
+        put(bytes, query.count);
+        put(bytes, query.max_distance);
     }
-    static void read(Reader& from, NearestToBox<Dim, T>& question, Planes<Dim, T>&)
+    static void read(Reader& from, NearestToBox<Dim, T>& query, Planes<Dim, T>&)
     {
-        question.box = from.box<Dim, T>();
-        question.count = from.take<std::uint32_t>();
-        question.max_distance = from.take<T>();
+        query.box = from.box<Dim, T>();
+        query.count = from.take<std::uint32_t>();
+        query.max_distance = from.take<T>();
     }
-    static Aabb<Dim, T> asker(const NearestToBox<Dim, T>& question) noexcept { return question.box; }
+    static Aabb<Dim, T> asker(const NearestToBox<Dim, T>& query) noexcept { return query.box; }
 };
 
 template <int Dim, class T>
 struct Form<Nearest<Dim, T>>
 {
     template <class Bytes>
-    static void write(Bytes& bytes, const Nearest<Dim, T>& question)
+    static void write(Bytes& bytes, const Nearest<Dim, T>& query)
     {
-        put(bytes, question.point);
-        put(bytes, question.count);
-        put(bytes, question.max_distance);
+        put(bytes, query.point);
+        put(bytes, query.count);
+        put(bytes, query.max_distance);
     }
-    static void read(Reader& from, Nearest<Dim, T>& question, Planes<Dim, T>&)
+    static void read(Reader& from, Nearest<Dim, T>& query, Planes<Dim, T>&)
     {
-        question.point = take_vector<Dim, T>(from);
-        question.count = from.take<std::uint32_t>();
-        question.max_distance = from.take<T>();
+        query.point = take_vector<Dim, T>(from);
+        query.count = from.take<std::uint32_t>();
+        query.max_distance = from.take<T>();
     }
-    static Aabb<Dim, T> asker(const Nearest<Dim, T>& question) noexcept
-    {
-        return {question.point, question.point};
-    }
+    static Aabb<Dim, T> asker(const Nearest<Dim, T>& query) noexcept { return {query.point, query.point}; }
 };
 
 template <class Bytes>

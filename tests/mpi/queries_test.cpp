@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Questions about a scene over all ranks have the answers that one World gives.
-#include "questions.hpp"
+// Queries about a scene over all ranks have the answers that one World gives.
+#include "queries.hpp"
 
 #include "partition.hpp"
 #include "scene.hpp"
@@ -90,7 +90,7 @@ class Asker
         nearest(nears_to_box, "nearest to boxes", wrong);
         return everywhere(wrong.empty()) ? "" : wrong + ", or another rank's";
     }
-    /// The same of the questions about a rank's own objects, which ranks ask alone.
+    /// The same of the queries about a rank's own objects, which ranks ask alone.
     std::string disagreement_of_owned()
     {
         std::string wrong;
@@ -162,101 +162,101 @@ class Asker
         const std::vector<Item> same = all_as<Item>(expected);
         return std::equal(found.begin(), found.end(), same.begin(), same.end());
     }
-    template <class Item, class ItemOfOne, class Question>
-    void all(const std::vector<Question>& questions, const char* name, std::string& wrong)
+    template <class Item, class ItemOfOne, class Query>
+    void all(const std::vector<Query>& queries, const char* name, std::string& wrong)
     {
-        const std::span<const Question> asked(questions);
+        const std::span<const Query> asked(queries);
         for (const std::uint64_t most : {~std::uint64_t{0}, std::uint64_t{3}, std::uint64_t{0}}) {
             jostle::mpi::Answers<Item> found;
             jostle::ResultLists<ItemOfOne> expected;
             scene_.world->all(asked, found, filters, most);
             scene_.one.all(asked, expected, filters_of_one, most);
-            bool good = found.size() == questions.size();
+            bool good = found.size() == queries.size();
             std::size_t items = 0;
-            for (std::size_t i = 0; good && i < questions.size(); ++i) {
+            for (std::size_t i = 0; good && i < queries.size(); ++i) {
                 good = equal(found[i], expected[i]) && found.more(i) == expected.more(i);
                 items += found[i].size();
             }
             if (!good || items != found.items().size()) wrong += std::string(" all ") + name;
         }
-        std::vector<std::uint64_t> counts(questions.size(), 77), expected(questions.size());
+        std::vector<std::uint64_t> counts(queries.size(), 77), expected(queries.size());
         scene_.world->count(asked, std::span<std::uint64_t>(counts), filters);
         scene_.one.count(asked, std::span<std::uint64_t>(expected), filters_of_one);
         if (counts != expected) wrong += std::string(" count of ") + name;
         // One filter for all.
-        scene_.world->count(asked, std::span<std::uint64_t>(counts), {.mask = 2});
+        scene_.world->count(asked, std::span<std::uint64_t>(counts), QueryFilter{.mask = 2});
         scene_.one.count(asked, std::span<std::uint64_t>(expected), {.mask = 2});
         if (counts != expected) wrong += std::string(" count with one filter of ") + name;
     }
     template <class Line>
-    void lines(const std::vector<Line>& questions, const char* name, std::string& wrong)
+    void lines(const std::vector<Line>& queries, const char* name, std::string& wrong)
     {
-        all<Hit, HitOfOne>(questions, name, wrong);
-        std::vector<Hit> found(questions.size(), Hit{1, 2, 3});
-        std::vector<HitOfOne> expected(questions.size());
-        scene_.world->first(std::span<const Line>(questions), std::span<Hit>(found), filters);
-        scene_.one.first(std::span<const Line>(questions), std::span<HitOfOne>(expected), filters_of_one);
-        for (std::size_t i = 0; i < questions.size(); ++i)
+        all<Hit, HitOfOne>(queries, name, wrong);
+        std::vector<Hit> found(queries.size(), Hit{1, 2, 3});
+        std::vector<HitOfOne> expected(queries.size());
+        scene_.world->first(std::span<const Line>(queries), std::span<Hit>(found), filters);
+        scene_.one.first(std::span<const Line>(queries), std::span<HitOfOne>(expected), filters_of_one);
+        for (std::size_t i = 0; i < queries.size(); ++i)
             if (found[i] != (expected[i].id == ObjectId{} ? Hit{} : as(expected[i])))
                 wrong += std::string(" first of ") + name;
     }
     template <class Region>
-    void regions(const std::vector<Region>& questions, const char* name, std::string& wrong)
+    void regions(const std::vector<Region>& queries, const char* name, std::string& wrong)
     {
-        all<Found, ObjectId>(questions, name, wrong);
+        all<Found, ObjectId>(queries, name, wrong);
     }
     template <class Near>
-    void nearest(const std::vector<Near>& questions, const char* name, std::string& wrong)
+    void nearest(const std::vector<Near>& queries, const char* name, std::string& wrong)
     {
         jostle::mpi::Answers<Hit> found;
         jostle::ResultLists<HitOfOne> expected;
-        scene_.world->nearest(std::span<const Near>(questions), found, filters);
-        scene_.one.nearest(std::span<const Near>(questions), expected, filters_of_one);
-        bool good = found.size() == questions.size();
-        for (std::size_t i = 0; good && i < questions.size(); ++i)
+        scene_.world->nearest(std::span<const Near>(queries), found, filters);
+        scene_.one.nearest(std::span<const Near>(queries), expected, filters_of_one);
+        bool good = found.size() == queries.size();
+        for (std::size_t i = 0; good && i < queries.size(); ++i)
             good = equal(found[i], expected[i]) && !found.more(i);
         if (!good) wrong += std::string(" ") + name;
     }
 
-    template <class Item, class ItemOfOne, class Question>
-    void owned_all(const std::vector<Question>& questions, const char* name, std::string& wrong)
+    template <class Item, class ItemOfOne, class Query>
+    void owned_all(const std::vector<Query>& queries, const char* name, std::string& wrong)
     {
-        for (std::size_t i = 0; i < questions.size(); ++i)
+        for (std::size_t i = 0; i < queries.size(); ++i)
             for (const std::uint64_t most : {~std::uint64_t{0}, std::uint64_t{2}}) {
                 std::vector<Item> found(3);
                 std::vector<ItemOfOne> expected;
-                const bool more = scene_.world->all_owned(questions[i], found, filters[i], most);
-                const bool more_of_one = scene_.one.all(questions[i], expected, filters_of_one[i], most);
+                const bool more = scene_.world->all_owned(queries[i], found, filters[i], most);
+                const bool more_of_one = scene_.one.all(queries[i], expected, filters_of_one[i], most);
                 if (!equal(std::span<const Item>(found), expected) || more != more_of_one ||
-                    scene_.world->count_owned(questions[i], filters[i]) !=
-                        scene_.one.count(questions[i], filters_of_one[i]))
+                    scene_.world->count_owned(queries[i], filters[i]) !=
+                        scene_.one.count(queries[i], filters_of_one[i]))
                     wrong += std::string(" owned ") + name;
             }
     }
     template <class Line>
-    void owned_lines(const std::vector<Line>& questions, const char* name, std::string& wrong)
+    void owned_lines(const std::vector<Line>& queries, const char* name, std::string& wrong)
     {
-        owned_all<Hit, HitOfOne>(questions, name, wrong);
-        for (std::size_t i = 0; i < questions.size(); ++i) {
-            const auto found = scene_.world->first_owned(questions[i], filters[i]);
-            const auto expected = scene_.one.first(questions[i], filters_of_one[i]);
+        owned_all<Hit, HitOfOne>(queries, name, wrong);
+        for (std::size_t i = 0; i < queries.size(); ++i) {
+            const auto found = scene_.world->first_owned(queries[i], filters[i]);
+            const auto expected = scene_.one.first(queries[i], filters_of_one[i]);
             if (found.has_value() != expected.has_value() || (found && *found != as(*expected)))
                 wrong += std::string(" first owned of ") + name;
         }
     }
     template <class Region>
-    void owned_regions(const std::vector<Region>& questions, const char* name, std::string& wrong)
+    void owned_regions(const std::vector<Region>& queries, const char* name, std::string& wrong)
     {
-        owned_all<Found, ObjectId>(questions, name, wrong);
+        owned_all<Found, ObjectId>(queries, name, wrong);
     }
     template <class Near>
-    void owned_nearest(const std::vector<Near>& questions, const char* name, std::string& wrong)
+    void owned_nearest(const std::vector<Near>& queries, const char* name, std::string& wrong)
     {
-        for (std::size_t i = 0; i < questions.size(); ++i) {
+        for (std::size_t i = 0; i < queries.size(); ++i) {
             std::vector<Hit> found(2);
             std::vector<HitOfOne> expected;
-            scene_.world->nearest_owned(questions[i], found, filters[i]);
-            scene_.one.nearest(questions[i], expected, filters_of_one[i]);
+            scene_.world->nearest_owned(queries[i], found, filters[i]);
+            scene_.one.nearest(queries[i], expected, filters_of_one[i]);
             if (!equal(std::span<const Hit>(found), expected)) wrong += std::string(" owned ") + name;
         }
     }
@@ -287,25 +287,25 @@ void ask(std::uint32_t threads, double extent, std::size_t objects, jostle::mpi:
     EXPECT_GT(sum(results), 1000u);
     EXPECT_GT(sum(ties), 20u);
 }
-TEST(Questions, Float3)
+TEST(Queries, Float3)
 {
     ask<3, float>(1, 7, 300, {});
 }
-TEST(Questions, Float2TwoThreads)
+TEST(Queries, Float2TwoThreads)
 {
     ask<2, float>(2, 16, 250, {.margin = 0.125});
 }
-TEST(Questions, Double2OfThoseWhoStay)
+TEST(Queries, Double2OfThoseWhoStay)
 {
     ask<2, double>(1, 16, 250, {.migrate = false});
 }
-TEST(Questions, Double3TwoThreads)
+TEST(Queries, Double3TwoThreads)
 {
     ask<3, double>(2, 7, 300, {.rebalance = jostle::mpi::Rebalance::on_request});
 }
 
 /// More than there are threads, so that they share them.
-TEST(Questions, Many)
+TEST(Queries, Many)
 {
     const std::unique_ptr<jostle::Executor> executor = jostle::make_thread_executor(2);
     Scene<3, float> scene(1, 12, {.executor = executor.get()});
@@ -338,7 +338,7 @@ TEST(Questions, Many)
     EXPECT_TRUE(good);
 }
 
-TEST(Questions, BeforeThereIsAnything)
+TEST(Queries, BeforeThereIsAnything)
 {
     jostle::mpi::World3f world(MPI_COMM_WORLD, serial);
     const std::vector<jostle::Ray3f> rays(2, {{0, 0, 0}, {1, 0, 0}});
@@ -354,26 +354,26 @@ TEST(Questions, BeforeThereIsAnything)
     EXPECT_EQ(hits[0].at, 1.f);
 }
 
-/// On how many ranks a question is answered: on those alone whose regions it touches.
-TEST(Questions, GoWhereTheyReach)
+/// On how many ranks a query is answered: on those alone whose regions it touches.
+TEST(Queries, GoWhereTheyReach)
 {
     Scene<3, float> scene(3, 20, serial);
     for (int i = 0; i < 600; ++i)
         scene.add(jostle::Aabb3f{{float(i % 20), float(i / 20 % 5), float(i / 100)},
                                  {float(i % 20) + 1, float(i / 20 % 5) + 1, float(i / 100) + 1}});
     ASSERT_TRUE(scene.update());
-    EXPECT_EQ(scene.world->question_stats().asked, 0u);
+    EXPECT_EQ(scene.world->query_stats().asked, 0u);
     const std::vector<jostle::Aabb3f> small(rank() == 0 ? 1 : 0, {{0.1f, 0.1f, 0.1f}, {0.2f, 0.2f, 0.2f}}),
         whole(rank() == 0 ? 1 : 0, {{-9, -9, -9}, {99, 99, 99}});
     std::vector<std::uint64_t> counts(small.size());
     scene.world->count(std::span<const jostle::Aabb3f>(small), std::span<std::uint64_t>(counts));
-    EXPECT_EQ(sum(scene.world->question_stats().answered), 1u);
+    EXPECT_EQ(sum(scene.world->query_stats().answered), 1u);
     scene.world->count(std::span<const jostle::Aabb3f>(whole), std::span<std::uint64_t>(counts));
-    EXPECT_EQ(sum(scene.world->question_stats().answered), static_cast<unsigned>(ranks()));
+    EXPECT_EQ(sum(scene.world->query_stats().answered), static_cast<unsigned>(ranks()));
     EXPECT_TRUE(counts.empty() || counts[0] == 600);
 }
 
-TEST(Questions, WhatIsWrongIsSaidOnAllRanks)
+TEST(Queries, WhatIsWrongIsSaidOnAllRanks)
 {
     auto scene = Scene<3, float>(4, 6, serial);
     for (int k = 0; k < 300; ++k)
@@ -425,13 +425,13 @@ TEST(Questions, WhatIsWrongIsSaidOnAllRanks)
     ASSERT_TRUE(scene.update());
 }
 
-/// Fails at each allocation of a question in turn, on one rank; and asks where an update has failed halfway.
+/// Fails at each allocation of a query in turn, on one rank; and asks where an update has failed halfway.
 template <class Item>
 std::vector<Item> items_of(const jostle::mpi::Answers<Item>& answers)
 {
     return {answers.items().begin(), answers.items().end()};
 }
-TEST(Questions, NoMemory)
+TEST(Queries, NoMemory)
 {
     FailingMemory memory;
     auto options = serial;
@@ -480,7 +480,7 @@ TEST(Questions, NoMemory)
     }
 }
 
-/// Numbers that make differences, quotients and squares as inexact as they get: whatever a question finds,
+/// Numbers that make differences, quotients and squares as inexact as they get: whatever a query finds,
 /// its reach meets.
 template <class T>
 void check_reaches(std::uint64_t seed)
@@ -538,7 +538,7 @@ void check_reaches(std::uint64_t seed)
     EXPECT_GT(spheres, 10'000u);
     EXPECT_GT(beyond, 10'000u);
 }
-TEST(Questions, ReachMeetsAllThatIsFound)
+TEST(Queries, ReachMeetsAllThatIsFound)
 {
     check_reaches<float>(1);
     check_reaches<double>(2);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Questions. Those about all objects go to the ranks whose regions they may reach, and what is found there
+// Queries. Those about all objects go to the ranks whose regions they may reach, and what is found there
 // comes back. An object that several of these ranks search is reported by the lowest of them: all can work
 // out who that is, as with pairs.
-#include "questions.hpp"
+#include "queries.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -63,18 +63,18 @@ Reach<Dim> common(const Reach<Dim>& reach, const Aabb<Dim, T>& bounds) noexcept
 }
 
 /// One collective call. `Item` is what is found: Found, ObjectHit, or a number that counts.
-template <int Dim, Coordinate T, class Question, class Item>
+template <int Dim, Coordinate T, class Query, class Item>
 class Inquiry
 {
   public:
     using Own = typename World<Dim, T>::Implementation;
     using Items = std::pmr::vector<Item>;
 
-    Inquiry(Own& own, Purpose purpose, std::span<const Question> questions, const Filters& filters,
+    Inquiry(Own& own, Purpose purpose, std::span<const Query> queries, const Filters& filters,
             std::uint64_t most)
         : own_(own),
           purpose_(purpose),
-          questions_(questions),
+          queries_(queries),
           filters_(filters),
           most_(most),
           found_(own.options.memory),
@@ -82,65 +82,65 @@ class Inquiry
     {
     }
 
-    /// `room`: places for answers, one for each question. Calls give(i, items, more) for each question.
+    /// `room`: places for answers, one for each query. Calls give(i, items, more) for each query.
     template <class Give>
     void run(std::size_t room, const Give& give)
     {
         Clock total;
-        own_.question_stats = {.asked = questions_.size()};
+        own_.query_stats = {.asked = queries_.size()};
         Agreement agreement(own_.handle);
         agreement.attempt([&] {
             check(room);
             own_.region.recover(own_.partition);
-            found_.resize(questions_.size());
+            found_.resize(queries_.size());
         });
         agree(agreement);
         try {
             if constexpr (is_near) {
-                const auto home = [&](const Question& question) {
-                    return own_.partition.at_middle_of(Form<Question>::asker(question));
+                const auto home = [&](const Query& query) {
+                    return own_.partition.at_middle_of(Form<Query>::asker(query));
                 };
                 ask(agreement, [&](std::size_t i, Ranks& ranks, T&) {
-                    if (questions_[i].count != 0) ranks.assign(1, home(questions_[i]));
+                    if (queries_[i].count != 0) ranks.assign(1, home(queries_[i]));
                 });
                 ask(agreement, [&](std::size_t i, Ranks& ranks, T& limit) {
-                    const Question& question = questions_[i];
-                    if (question.count == 0) return;
-                    double distance = question.max_distance;
-                    if (const Items& near = found_[i]; near.size() >= question.count) {
+                    const Query& query = queries_[i];
+                    if (query.count == 0) return;
+                    double distance = query.max_distance;
+                    if (const Items& near = found_[i]; near.size() >= query.count) {
                         limit = near.back().at;
                         distance = std::min(distance, std::sqrt(double{limit}));
                     }
-                    own_.partition.touched(reach_around(Form<Question>::asker(question), distance), ranks);
-                    std::erase(ranks, home(question));
+                    own_.partition.touched(reach_around(Form<Query>::asker(query), distance), ranks);
+                    std::erase(ranks, home(query));
                 });
             } else
                 ask(agreement, [&](std::size_t i, Ranks& ranks, T&) {
-                    own_.partition.touched(Form<Question>::reach(questions_[i]), ranks);
+                    own_.partition.touched(Form<Query>::reach(queries_[i]), ranks);
                 });
             agreement.attempt([&] {
-                for (std::size_t i = 0; i < questions_.size(); ++i)
-                    give(i, found_[i], merge(found_[i], wanted(questions_[i], most_)));
+                for (std::size_t i = 0; i < queries_.size(); ++i)
+                    give(i, found_[i], merge(found_[i], wanted(queries_[i], most_)));
             });
             wait([&] { agreement.settle(); });
         } catch (...) {
             own_.exchange.clear();
             throw;
         }
-        own_.question_stats.us_total = total.lap();
+        own_.query_stats.us_total = total.lap();
     }
 
   private:
-    static constexpr bool is_near = requires(const Question& question) { question.count; };
+    static constexpr bool is_near = requires(const Query& query) { query.count; };
     static constexpr bool is_count = std::is_same_v<Item, std::uint64_t>;
     static constexpr T infinity = std::numeric_limits<T>::infinity();
 
-    /// A question that has come to this rank, also from itself.
+    /// A query that has come to this rank, also from itself.
     struct Asked
     {
         int source;
         std::uint32_t number; ///< there
-        Question question;
+        Query query;
         Planes<Dim, T> planes;
         QueryFilter filter;
         T limit;            ///< nothing is wanted that is further away
@@ -151,65 +151,64 @@ class Inquiry
     /// As jostle::BoxIndex does, also where there is nothing to be found.
     void check(std::size_t room) const
     {
-        if (room != questions_.size())
-            detail::throw_not_one_each(questions_.size(), room, "places for answers");
-        filters_.check(questions_.size());
-        if (questions_.size() > ~std::uint32_t{0})
+        if (room != queries_.size()) detail::throw_not_one_each(queries_.size(), room, "places for answers");
+        filters_.check(queries_.size());
+        if (queries_.size() > ~std::uint32_t{0})
             throw Error(ErrorCode::too_many_objects,
-                        std::to_string(questions_.size()) + " questions; give at most 4294967295 at a time");
+                        std::to_string(queries_.size()) + " queries; give at most 4294967295 at a time");
         const BoxIndex<Dim, T> nothing({.executor = &serial_executor(), .memory = own_.options.memory});
         if constexpr (is_near) {
             jostle::ResultLists<jostle::Hit<T>> lists(own_.options.memory);
-            nothing.nearest(questions_, lists);
+            nothing.nearest(queries_, lists);
         } else {
-            std::pmr::vector<std::uint64_t> counts(questions_.size(), own_.options.memory);
-            nothing.count(questions_, std::span<std::uint64_t>(counts));
+            std::pmr::vector<std::uint64_t> counts(queries_.size(), own_.options.memory);
+            nothing.count(queries_, std::span<std::uint64_t>(counts));
         }
     }
 
     /// Whether all ranks ask for the same.
     void agree(Agreement& agreement)
     {
-        const double mine = static_cast<double>(purpose_) * 16 + question_code();
+        const double mine = static_cast<double>(purpose_) * 16 + query_code();
         double extremes[] = {mine, -mine};
         wait([&] { agreement.settle(extremes); });
         agreement.attempt([&] {
             if (extremes[0] != -extremes[1])
                 throw Error(ErrorCode::invalid_argument,
                             "ranks ask for different things at a time; all of them make the same calls, in "
-                            "the same order, if need be without a question");
+                            "the same order, if need be without a query");
         });
         if (agreement.failed()) agreement.settle(); // on all ranks
     }
-    static constexpr int question_code()
+    static constexpr int query_code()
     {
-        return std::is_same_v<Question, Ray<Dim, T>>       ? 1
-               : std::is_same_v<Question, Sweep<Dim, T>>   ? 2
-               : std::is_same_v<Question, Aabb<Dim, T>>    ? 3
-               : std::is_same_v<Question, Sphere<Dim, T>>  ? 4
-               : std::is_same_v<Question, Frustum<Dim, T>> ? 5
-               : std::is_same_v<Question, Nearest<Dim, T>> ? 6
-                                                           : 7;
+        return std::is_same_v<Query, Ray<Dim, T>>       ? 1
+               : std::is_same_v<Query, Sweep<Dim, T>>   ? 2
+               : std::is_same_v<Query, Aabb<Dim, T>>    ? 3
+               : std::is_same_v<Query, Sphere<Dim, T>>  ? 4
+               : std::is_same_v<Query, Frustum<Dim, T>> ? 5
+               : std::is_same_v<Query, Nearest<Dim, T>> ? 6
+                                                        : 7;
     }
 
     /// How many answers decide: one more than are given, where it is told whether there are more.
-    [[nodiscard]] std::uint64_t wanted(const Question& question, std::uint64_t most) const
+    [[nodiscard]] std::uint64_t wanted(const Query& query, std::uint64_t most) const
     {
         if (purpose_ == Purpose::first) return 1;
         if constexpr (is_near)
-            return question.count;
+            return query.count;
         else
             return most == ~std::uint64_t{0} ? most : most + 1;
     }
 
-    /// Two exchanges: route(i, ranks, limit) says whom question i goes to.
+    /// Two exchanges: route(i, ranks, limit) says whom query i goes to.
     template <class Route>
     void ask(Agreement& agreement, const Route& route)
     {
         Exchange& exchange = own_.exchange;
         agreement.attempt([&] {
             asked_.clear();
-            for (std::size_t i = 0; i < questions_.size(); ++i) {
+            for (std::size_t i = 0; i < queries_.size(); ++i) {
                 T limit = infinity;
                 own_.is.clear();
                 route(i, own_.is, limit);
@@ -217,7 +216,7 @@ class Inquiry
                     Exchange::Bytes& bytes = exchange.to(rank);
                     put(bytes, std::uint8_t{1});
                     put(bytes, static_cast<std::uint32_t>(i));
-                    Form<Question>::write(bytes, questions_[i]);
+                    Form<Query>::write(bytes, queries_[i]);
                     put(bytes, filters_[i]);
                     put(bytes, limit);
                     put(bytes, most_);
@@ -228,7 +227,7 @@ class Inquiry
         start(agreement);
         agreement.attempt([&] {
             hear(own_.rank, exchange.to_myself());
-            answer(0); // while others' questions are on their way
+            answer(0); // while others' queries are on their way
         });
         wait([&] { exchange.finish(agreement); });
         agreement.attempt([&] {
@@ -238,7 +237,7 @@ class Inquiry
             answer(answered);
         });
         exchange.clear();
-        own_.question_stats.answered += asked_.size();
+        own_.query_stats.answered += asked_.size();
         agreement.attempt([&] {
             for (const Asked& asked : asked_) {
                 if (asked.items.empty()) continue;
@@ -258,8 +257,8 @@ class Inquiry
             for (const Exchange::Message& message : exchange.received())
                 hear_answers(message.bytes);
             if constexpr (is_near)
-                for (std::size_t i = 0; i < questions_.size(); ++i)
-                    merge(found_[i], questions_[i].count);
+                for (std::size_t i = 0; i < queries_.size(); ++i)
+                    merge(found_[i], queries_[i].count);
         });
         exchange.clear();
     }
@@ -267,15 +266,15 @@ class Inquiry
     void start(const Agreement& agreement)
     {
         own_.exchange.start(agreement);
-        own_.question_stats.messages += own_.exchange.messages_sent();
-        own_.question_stats.bytes += own_.exchange.bytes_sent();
+        own_.query_stats.messages += own_.exchange.messages_sent();
+        own_.query_stats.bytes += own_.exchange.bytes_sent();
     }
     template <class Call>
     void wait(const Call& call)
     {
         Clock clock;
         call();
-        own_.question_stats.us_wait += clock.lap();
+        own_.query_stats.us_wait += clock.lap();
     }
     void hear(int source, std::span<const std::byte> message)
     {
@@ -283,7 +282,7 @@ class Inquiry
             std::pmr::memory_resource* const memory = own_.options.memory;
             Asked& asked = asked_.emplace_back(Asked{
                 source, from.take<std::uint32_t>(), {}, Planes<Dim, T>(memory), {}, {}, {}, Items(memory)});
-            Form<Question>::read(from, asked.question, asked.planes);
+            Form<Query>::read(from, asked.query, asked.planes);
             take(from, asked.filter);
             asked.limit = from.take<T>();
             asked.most = from.take<std::uint64_t>();
@@ -307,30 +306,30 @@ class Inquiry
     void answer_one(Asked& asked, Ranks& ranks) const
     {
         const Region<Dim, T>& region = own_.region;
-        Question question = asked.question;
-        if constexpr (std::is_same_v<Question, Frustum<Dim, T>>) question.planes = asked.planes;
+        Query query = asked.query;
+        if constexpr (std::is_same_v<Query, Frustum<Dim, T>>) query.planes = asked.planes;
         ObjectQueryFilter filter{asked.filter.category, asked.filter.mask, asked.filter.owner, {}, {}};
         if (asked.filter.exclude) filter.exclude = region.local(*asked.filter.exclude);
-        const std::uint64_t most = wanted(question, asked.most);
+        const std::uint64_t most = wanted(query, asked.most);
         if constexpr (is_near) {
-            question.count = ~std::uint32_t{0}; // as many as are as near as the last one
-            visit_best(question, filter, asked.limit, most, asked.items);
+            query.count = ~std::uint32_t{0}; // as many as are as near as the last one
+            visit_best(query, filter, asked.limit, most, asked.items);
         } else {
-            const Reach<Dim> reach = Form<Question>::reach(question);
+            const Reach<Dim> reach = Form<Query>::reach(query);
             const auto is_reported = [&](std::uint32_t, ObjectId id) {
                 own_.partition.touched(common(reach, region.bounds(id)), ranks);
                 return ranks.front() == own_.rank;
             };
             if (purpose_ != Purpose::first) filter.accept = is_reported;
             if constexpr (is_count) {
-                if (const std::uint64_t count = region.searched().count(question, filter); count != 0)
+                if (const std::uint64_t count = region.searched().count(query, filter); count != 0)
                     asked.items.push_back(count);
             } else if constexpr (std::is_same_v<Item, Found>) {
                 region.searched().visit(
-                    question, [&](ObjectId id) { return asked.items.push_back(region.found(id)), true; },
+                    query, [&](ObjectId id) { return asked.items.push_back(region.found(id)), true; },
                     filter);
             } else
-                visit_best(question, filter, infinity, most, asked.items);
+                visit_best(query, filter, infinity, most, asked.items);
         }
         if constexpr (!is_count) cut(asked.items, most);
     }
@@ -380,10 +379,10 @@ class Inquiry
 
     Own& own_;
     Purpose purpose_;
-    std::span<const Question> questions_;
+    std::span<const Query> queries_;
     const Filters& filters_;
     std::uint64_t most_;
-    std::pmr::vector<Items> found_; // by question
+    std::pmr::vector<Items> found_; // by query
     std::pmr::vector<Asked> asked_;
 };
 
@@ -402,66 +401,62 @@ void World<Dim, T>::Implementation::first(std::span<const Line> lines, std::span
     });
 }
 template <int Dim, Coordinate T>
-template <class Question, class Item>
-void World<Dim, T>::Implementation::list(Purpose purpose, std::span<const Question> questions,
-                                         Answers<Item>& out, const Filters& filters, std::uint64_t most)
+template <class Query, class Item>
+void World<Dim, T>::Implementation::list(Purpose purpose, std::span<const Query> queries, Answers<Item>& out,
+                                         const Filters& filters, std::uint64_t most)
 {
     out.clear();
-    Inquiry<Dim, T, Question, Item> inquiry(*this, purpose, questions, filters, most);
-    inquiry.run(questions.size(), [&](std::size_t, const auto& items, bool more) {
+    Inquiry<Dim, T, Query, Item> inquiry(*this, purpose, queries, filters, most);
+    inquiry.run(queries.size(), [&](std::size_t, const auto& items, bool more) {
         out.items_.insert(out.items_.end(), items.begin(), items.end());
         out.more_.push_back(more);
         out.ends_.push_back(out.items_.size());
     });
 }
 template <int Dim, Coordinate T>
-template <class Question>
-void World<Dim, T>::Implementation::count(std::span<const Question> questions, std::span<std::uint64_t> out,
+template <class Query>
+void World<Dim, T>::Implementation::count(std::span<const Query> queries, std::span<std::uint64_t> out,
                                           const Filters& filters)
 {
-    Inquiry<Dim, T, Question, std::uint64_t> inquiry(*this, Purpose::count, questions, filters, 0);
+    Inquiry<Dim, T, Query, std::uint64_t> inquiry(*this, Purpose::count, queries, filters, 0);
     inquiry.run(out.size(), [&](std::size_t i, const auto& items, bool) { out[i] = items.front(); });
 }
 
-// With one filter for all questions, and with one for each.
-#define JOSTLE_QUESTIONS(Given)                                                                              \
-    template <int Dim, Coordinate T>                                                                         \
-    template <class Line>                                                                                    \
-    void World<Dim, T>::first(std::span<const Line> lines, std::span<ObjectHit<T>> out, Given filter) const  \
-    {                                                                                                        \
-        implementation_->first(lines, out, Filters(filter));                                                 \
-    }                                                                                                        \
-    template <int Dim, Coordinate T>                                                                         \
-    template <class Line>                                                                                    \
-    void World<Dim, T>::all(std::span<const Line> lines, Answers<ObjectHit<T>>& out, Given filter,           \
-                            std::uint64_t max_results) const                                                 \
-    {                                                                                                        \
-        implementation_->list(Purpose::all, lines, out, Filters(filter), max_results);                       \
-    }                                                                                                        \
-    template <int Dim, Coordinate T>                                                                         \
-    template <class Region>                                                                                  \
-    void World<Dim, T>::all(std::span<const Region> regions, Answers<Found>& out, Given filter,              \
-                            std::uint64_t max_results) const                                                 \
-    {                                                                                                        \
-        implementation_->list(Purpose::all, regions, out, Filters(filter), max_results);                     \
-    }                                                                                                        \
-    template <int Dim, Coordinate T>                                                                         \
-    template <class Near>                                                                                    \
-    void World<Dim, T>::nearest(std::span<const Near> questions, Answers<ObjectHit<T>>& out, Given filter)   \
-        const                                                                                                \
-    {                                                                                                        \
-        implementation_->list(Purpose::nearest, questions, out, Filters(filter), no_limit);                  \
-    }                                                                                                        \
-    template <int Dim, Coordinate T>                                                                         \
-    template <class Question>                                                                                \
-    void World<Dim, T>::count(std::span<const Question> questions, std::span<std::uint64_t> out,             \
-                              Given filter) const                                                            \
-    {                                                                                                        \
-        implementation_->count(questions, out, Filters(filter));                                             \
-    }
-JOSTLE_QUESTIONS(const QueryFilter&)
-JOSTLE_QUESTIONS(FilterOfEach)
-#undef JOSTLE_QUESTIONS
+template <int Dim, Coordinate T>
+template <class Line>
+void World<Dim, T>::first(std::span<const Line> lines, std::span<ObjectHit<T>> out,
+                          const Filters& filters) const
+{
+    implementation_->first(lines, out, filters);
+}
+template <int Dim, Coordinate T>
+template <class Line>
+void World<Dim, T>::all(std::span<const Line> lines, Answers<ObjectHit<T>>& out, const Filters& filters,
+                        std::uint64_t max_results) const
+{
+    implementation_->list(Purpose::all, lines, out, filters, max_results);
+}
+template <int Dim, Coordinate T>
+template <class Region>
+void World<Dim, T>::all(std::span<const Region> regions, Answers<Found>& out, const Filters& filters,
+                        std::uint64_t max_results) const
+{
+    implementation_->list(Purpose::all, regions, out, filters, max_results);
+}
+template <int Dim, Coordinate T>
+template <class Near>
+void World<Dim, T>::nearest(std::span<const Near> queries, Answers<ObjectHit<T>>& out,
+                            const Filters& filters) const
+{
+    implementation_->list(Purpose::nearest, queries, out, filters, no_limit);
+}
+template <int Dim, Coordinate T>
+template <class Query>
+void World<Dim, T>::count(std::span<const Query> queries, std::span<std::uint64_t> out,
+                          const Filters& filters) const
+{
+    implementation_->count(queries, out, filters);
+}
 
 // --- About this rank's -----------------------------------------------------------------------------------
 
@@ -493,68 +488,58 @@ bool World<Dim, T>::all_owned(const Region& region, std::vector<Found>& out, con
 }
 template <int Dim, Coordinate T>
 template <class Near>
-void World<Dim, T>::nearest_owned(const Near& question, std::vector<ObjectHit<T>>& out,
+void World<Dim, T>::nearest_owned(const Near& query, std::vector<ObjectHit<T>>& out,
                                   const QueryFilter& filter) const
 {
     (void)implementation_->ask_owned(out, filter, [&](const auto& index, auto& found, const auto& wanted) {
-        index.nearest(question, found, wanted);
+        index.nearest(query, found, wanted);
         return false;
     });
 }
 template <int Dim, Coordinate T>
-template <class Question>
-std::uint64_t World<Dim, T>::count_owned(const Question& question, const QueryFilter& filter) const
+template <class Query>
+std::uint64_t World<Dim, T>::count_owned(const Query& query, const QueryFilter& filter) const
 {
     Implementation& own = *implementation_;
     return own.owned_index.with(own.owned, own.margin, filter, [&](const auto& index, const auto& wanted) {
-        return index.count(question, wanted);
+        return index.count(query, wanted);
     });
 }
 
-// What questions there are, for each kind of world.
-#define JOSTLE_LINE(Dim, T, Line, Given)                                                                     \
-    template void World<Dim, T>::first(std::span<const Line<Dim, T>>, std::span<ObjectHit<T>>, Given) const; \
-    template void World<Dim, T>::all(std::span<const Line<Dim, T>>, Answers<ObjectHit<T>>&, Given,           \
+// What queries there are, for each kind of world.
+#define JOSTLE_LINE(Dim, T, Line)                                                                            \
+    template void World<Dim, T>::first(std::span<const Line<Dim, T>>, std::span<ObjectHit<T>>,               \
+                                       const Filters&) const;                                                \
+    template void World<Dim, T>::all(std::span<const Line<Dim, T>>, Answers<ObjectHit<T>>&, const Filters&,  \
                                      std::uint64_t) const;                                                   \
-    template void World<Dim, T>::count(std::span<const Line<Dim, T>>, std::span<std::uint64_t>, Given) const;
-#define JOSTLE_REGION(Dim, T, Region, Given)                                                                 \
-    template void World<Dim, T>::all(std::span<const Region<Dim, T>>, Answers<Found>&, Given, std::uint64_t) \
-        const;                                                                                               \
-    template void World<Dim, T>::count(std::span<const Region<Dim, T>>, std::span<std::uint64_t>, Given)     \
-        const;
-#define JOSTLE_NEAR(Dim, T, Near, Given)                                                                     \
-    template void World<Dim, T>::nearest(std::span<const Near<Dim, T>>, Answers<ObjectHit<T>>&, Given) const;
-#define JOSTLE_ABOUT_ALL(Dim, T, Given)                                                                      \
-    JOSTLE_LINE(Dim, T, Ray, Given)                                                                          \
-    JOSTLE_LINE(Dim, T, Sweep, Given)                                                                        \
-    JOSTLE_REGION(Dim, T, Aabb, Given)                                                                       \
-    JOSTLE_REGION(Dim, T, Sphere, Given)                                                                     \
-    JOSTLE_REGION(Dim, T, Frustum, Given)                                                                    \
-    JOSTLE_NEAR(Dim, T, Nearest, Given)                                                                      \
-    JOSTLE_NEAR(Dim, T, NearestToBox, Given)
-#define JOSTLE_LINE_OWNED(Dim, T, Line)                                                                      \
+    template void World<Dim, T>::count(std::span<const Line<Dim, T>>, std::span<std::uint64_t>,              \
+                                       const Filters&) const;                                                \
     template std::optional<ObjectHit<T>> World<Dim, T>::first_owned(const Line<Dim, T>&, const QueryFilter&) \
         const;                                                                                               \
     template bool World<Dim, T>::all_owned(const Line<Dim, T>&, std::vector<ObjectHit<T>>&,                  \
                                            const QueryFilter&, std::uint64_t) const;                         \
     template std::uint64_t World<Dim, T>::count_owned(const Line<Dim, T>&, const QueryFilter&) const;
-#define JOSTLE_REGION_OWNED(Dim, T, Region)                                                                  \
+#define JOSTLE_REGION(Dim, T, Region)                                                                        \
+    template void World<Dim, T>::all(std::span<const Region<Dim, T>>, Answers<Found>&, const Filters&,       \
+                                     std::uint64_t) const;                                                   \
+    template void World<Dim, T>::count(std::span<const Region<Dim, T>>, std::span<std::uint64_t>,            \
+                                       const Filters&) const;                                                \
     template bool World<Dim, T>::all_owned(const Region<Dim, T>&, std::vector<Found>&, const QueryFilter&,   \
                                            std::uint64_t) const;                                             \
     template std::uint64_t World<Dim, T>::count_owned(const Region<Dim, T>&, const QueryFilter&) const;
-#define JOSTLE_NEAR_OWNED(Dim, T, Near)                                                                      \
+#define JOSTLE_NEAR(Dim, T, Near)                                                                            \
+    template void World<Dim, T>::nearest(std::span<const Near<Dim, T>>, Answers<ObjectHit<T>>&,              \
+                                         const Filters&) const;                                              \
     template void World<Dim, T>::nearest_owned(const Near<Dim, T>&, std::vector<ObjectHit<T>>&,              \
                                                const QueryFilter&) const;
 #define JOSTLE_WORLD(Dim, T)                                                                                 \
-    JOSTLE_ABOUT_ALL(Dim, T, const QueryFilter&)                                                             \
-    JOSTLE_ABOUT_ALL(Dim, T, FilterOfEach)                                                                   \
-    JOSTLE_LINE_OWNED(Dim, T, Ray)                                                                           \
-    JOSTLE_LINE_OWNED(Dim, T, Sweep)                                                                         \
-    JOSTLE_REGION_OWNED(Dim, T, Aabb)                                                                        \
-    JOSTLE_REGION_OWNED(Dim, T, Sphere)                                                                      \
-    JOSTLE_REGION_OWNED(Dim, T, Frustum)                                                                     \
-    JOSTLE_NEAR_OWNED(Dim, T, Nearest)                                                                       \
-    JOSTLE_NEAR_OWNED(Dim, T, NearestToBox)
+    JOSTLE_LINE(Dim, T, Ray)                                                                                 \
+    JOSTLE_LINE(Dim, T, Sweep)                                                                               \
+    JOSTLE_REGION(Dim, T, Aabb)                                                                              \
+    JOSTLE_REGION(Dim, T, Sphere)                                                                            \
+    JOSTLE_REGION(Dim, T, Frustum)                                                                           \
+    JOSTLE_NEAR(Dim, T, Nearest)                                                                             \
+    JOSTLE_NEAR(Dim, T, NearestToBox)
 JOSTLE_WORLD(2, float)
 JOSTLE_WORLD(2, double)
 JOSTLE_WORLD(3, float)

@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { load, rays } from "jostle";
+import { load, poses, rays } from "jostle";
 import { modules, overlaps, random, random_boxes } from "./help.js";
 
 /** Where a ray enters a box: the definition, in doubles. */
@@ -85,7 +85,7 @@ for (const [kind, loaded] of Object.entries(modules)) {
         assert.throws(() => asked.visit(region, () => { throw new Error("enough"); }), { message: "enough" });
         assert.throws(
           () => asked.visit({ boxes: regions }, () => true),
-          /there are 40 questions: visit\(\) takes one/,
+          /there are 40 queries: visit\(\) takes one/,
         );
         assert.throws(() => asked.visit(region, 5), /visit is 5: it must be a function/);
       }
@@ -175,7 +175,7 @@ for (const [kind, loaded] of Object.entries(modules)) {
     }
   });
 
-  test(`whom a question is about: ${kind}`, async () => {
+  test(`what a query is about: ${kind}`, async () => {
     const jostle = await loaded();
     const boxes = new Float32Array([0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1, 5, 5, 6, 6]);
     const index = new jostle.BoxIndex({ dim: 2 });
@@ -188,7 +188,7 @@ for (const [kind, loaded] of Object.entries(modules)) {
     assert.deepEqual(lists({}), [[10, 20, 30, 40], [10, 20, 30]]);
     assert.deepEqual(lists({ exclude: 20 }), [[10, 30, 40], [10, 30]]);
     const calls = [];
-    assert.deepEqual(lists({ accept: (question, id) => (calls.push(`${question} ${id}`), id !== 10) }), [
+    assert.deepEqual(lists({ accept: (query, id) => (calls.push(`${query} ${id}`), id !== 10) }), [
       [20, 30, 40],
       [20, 30],
     ]);
@@ -208,7 +208,7 @@ for (const [kind, loaded] of Object.entries(modules)) {
         }),
       { name: "TypeError", message: "mine" },
     );
-    // Where there are no answers to a question there are no distances, but they aren't missing.
+    // Where there are no answers to a query there are no distances, but they aren't missing.
     const points = new Float32Array([0, 0, 90, 90]), along = new Float32Array(4).fill(1);
     const lines = rays(points, along, { dim: 2, maxFraction: 1 });
     for (const accept of [undefined, () => true]) {
@@ -234,7 +234,7 @@ for (const [kind, loaded] of Object.entries(modules)) {
     const world = new jostle.World({ dim: 2 });
     const ids = world.add(boxes);
     world.update();
-    const found = world.all({ boxes: regions }, { exclude: ids[0], accept: (question, id) => id !== ids[1] });
+    const found = world.all({ boxes: regions }, { exclude: ids[0], accept: (query, id) => id !== ids[1] });
     assert.deepEqual([...found.of(0)], [ids[2], ids[3]]);
     assert.deepEqual([...world.join(regions, { exclude: ids[1] })], [0, 0, 0, 2, 0, 3, 1, 0, 1, 2]);
     // Objects have filters of their own.
@@ -249,14 +249,105 @@ for (const [kind, loaded] of Object.entries(modules)) {
     assert.deepEqual(asks({ category: 4, owner: 9 }), [0, 1, 3]);
     if (jostle.threads === 1)
       assert.deepEqual(
-        [...world.join(regions, { accept: (question, id) => question === 1 && id !== ids[0] })],
+        [...world.join(regions, { accept: (query, id) => query === 1 && id !== ids[0] })],
         [1, 1, 1, 2],
       );
     world.dispose();
   });
 }
 
-test("the very first question of a module has no answers", async () => {
+for (const [kind, loaded] of Object.entries(modules))
+  test(`shapes are asked about as pairs of them are: ${kind}`, async () => {
+    const jostle = await loaded();
+    const next = random(77), count = 40, asked = 6;
+    for (const dim of [2, 3]) {
+      const place = (n) => poses(Float32Array.from({ length: dim * n }, () => 4 * next()), { dim });
+      const make = (n, size) => new jostle.Shapes({
+        shapes: Array.from({ length: n }, () => jostle.sphere(size * (0.5 + next()), dim)),
+      });
+      const objects = { shapes: make(count, 0.4), poses: place(count) };
+      const askers = { shapes: make(asked, 0.2), poses: place(asked) };
+      const ways = Float32Array.from({ length: dim * asked }, () => 6 * next() - 3);
+      const from = Float32Array.from({ length: dim * asked }, () => 4 * next());
+      const lines = rays(from, ways, { dim, maxFraction: 1 });
+      const boxes = jostle.bounds(objects);
+      const index = new jostle.BoxIndex({ dim }), world = new jostle.World({ dim });
+      index.build(boxes);
+      const ids = world.add(boxes);
+      world.update();
+      const finder = new jostle.ContactFinder({ dim });
+      const pairs = Uint32Array.from({ length: 2 * asked * count }, (_, i) =>
+        i % 2 === 0 ? Math.floor(i / 2 / count) : (i - 1) / 2 % count,
+      );
+      // The definition: each asker against each object, in the order of (where, id).
+      const in_order = (where) => Array.from({ length: asked }, (_, i) =>
+        Array.from({ length: count }, (_, id) => ({ id, at: where[i * count + id] }))
+          .filter(({ at }) => at !== Infinity)
+          .sort((a, b) => a.at - b.at || a.id - b.id),
+      );
+      const casts = finder.rayCasts(lines.rays, objects, pairs);
+      const moves = finder.shapeCasts(askers, ways, objects, pairs);
+      const near = finder.distances(askers, pairs, { b: objects });
+      const touching = finder.touching(askers, pairs, { b: objects });
+      for (const [queries, of, where] of [
+        [lines, casts, casts.fractions],
+        [{ shapeSweeps: { ...askers, displacements: ways } }, moves, moves.fractions],
+        [{ nearestToShapes: askers, count: 3 }, near, near.distances],
+      ]) {
+        const most = queries.count ?? Infinity;
+        const expected = in_order(where).map((each) => each.slice(0, most));
+        const all = index.all(queries, { objects });
+        const first = world.first(queries, { objects });
+        for (let i = 0; i < asked; ++i) {
+          assert.deepEqual([...all.of(i)], expected[i].map(({ id }) => id));
+          const begin = all.first[i], end = all.first[i + 1];
+          assert.deepEqual([...all.at.subarray(begin, end)], expected[i].map(({ at }) => at));
+          for (let k = begin; k < end; ++k) {
+            const pair = i * count + all.ids[k];
+            for (let d = 0; d < dim; ++d)
+              assert.equal(all.details.normals[dim * k + d], of.normals[dim * pair + d]);
+          }
+          assert.equal(first.ids[i], expected[i].length === 0 ? 0n : ids[expected[i][0].id]);
+          if (expected[i].length !== 0)
+            assert.equal(first.normals[dim * i], of.normals[dim * (i * count + expected[i][0].id)]);
+        }
+        if (queries.nearestToShapes === undefined)
+          assert.deepEqual([...world.count(queries, { objects })], expected.map((each) => each.length));
+        // One after another, where a callback is asked on this thread.
+        const odd = index.first(queries, { objects, accept: (query, id) => id % 2 === 1 && query < asked });
+        in_order(where).forEach((each, i) =>
+          assert.equal(odd.ids[i], each.find(({ id }) => id % 2 === 1)?.id ?? -1),
+        );
+      }
+      const touched = index.all({ posedShapes: askers }, { objects });
+      const any = world.any({ posedShapes: askers }, { objects });
+      assert.equal(touched.at, undefined);
+      assert.equal(touched.details, undefined);
+      for (let i = 0; i < asked; ++i) {
+        const expected = [...Array(count).keys()].filter((id) => touching[i * count + id] === 1);
+        assert.deepEqual([...touched.of(i)], expected);
+        assert.equal(any[i], expected.length === 0 ? 0 : 1);
+      }
+      const one = { shapes: make(1, 0.2), poses: place(1) }, seen = [];
+      assert.ok(index.visit({ nearestToShapes: one, count: 4 }, (id, at) => void seen.push([id, at]), { objects }));
+      const four = index.all({ nearestToShapes: one, count: 4 }, { objects });
+      assert.deepEqual(seen, [...four.ids].map((id, k) => [id, four.at[k]]));
+
+      assert.throws(() => index.all({ posedShapes: askers }), /posedShapes is no query of all\(\): ask one of rays/);
+      assert.throws(
+        () => index.any({ boxes }, { objects }),
+        /boxes is no query of any\(\) with objects: ask one of rays, shapeSweeps, posedShapes/,
+      );
+      assert.throws(
+        () => index.first({ shapeSweeps: { ...askers, displacements: ways.subarray(dim) } }, { objects }),
+        /6 shapes, 6 poses and 5 values/,
+      );
+      assert.throws(() => index.first(lines, { objects: [] }), /objects are/);
+      for (const each of [index, world, finder, objects.shapes, askers.shapes, one.shapes]) each.dispose();
+    }
+  });
+
+test("the very first query of a module has no answers", async () => {
   for (const options of [{}, { threads: 2 }])
     for (const asked of [{ nearest: new Float32Array(2) }, { rays: Float32Array.of(0, 0, 1, 1, 1) }]) {
       const jostle = await load(options);
