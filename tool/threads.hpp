@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <string>
 
 #include "jostle/executor.hpp"
@@ -29,7 +28,7 @@ class Threads
           // oneTBB runs no more threads than there are cores unless it is told so.
           allow_(tbb::global_control::max_allowed_parallelism, count_),
 #endif
-          executor_(jostle::make_tbb_executor(count_))
+          executor_(&jostle::default_executor(count_))
     {
     }
 
@@ -41,7 +40,7 @@ class Threads
 #ifdef JOSTLE_TOOL_WITH_TBB
     tbb::global_control allow_;
 #endif
-    std::unique_ptr<jostle::Executor> executor_;
+    jostle::Executor* executor_;
 };
 
 } // namespace jostle_tool

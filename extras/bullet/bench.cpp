@@ -222,7 +222,6 @@ int main(int count, char** words)
     const double size = count > 2 ? std::atof(words[2]) : 1;
     const int steps = count > 3 ? std::atoi(words[3]) : 150;
     const int repeats = count > 4 ? std::atoi(words[4]) : 5;
-    const auto two = jostle::make_tbb_executor(2);
     const btVector3 far(2000, 2000, 2000);
     std::vector<Step> told;
     const System systems[] = {
@@ -234,7 +233,7 @@ int main(int count, char** words)
         {"jostle, 2 threads",
          [&] {
              return std::make_unique<jostle::bullet::Broadphase>(
-                 jostle::bullet::BroadphaseOptions{.executor = two.get()});
+                 jostle::bullet::BroadphaseOptions{.executor = &jostle::default_executor(2)});
          }},
         {"Dbvt", [] { return std::make_unique<btDbvtBroadphase>(); }},
         {"Dbvt, deferred",

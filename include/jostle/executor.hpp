@@ -11,8 +11,7 @@ JOSTLE_NAMESPACE_BEGIN
 
 // Every class and function that uses threads takes an Executor:
 //
-//     const auto two = jostle::make_tbb_executor(2);
-//     jostle::PairFinder finder({.executor = two.get()});
+//     jostle::PairFinder finder({.executor = &jostle::default_executor(2)}); // two threads
 //     jostle::PairFinder quiet({.executor = &jostle::serial_executor()}); // no thread but the caller's
 
 /// Where Jostle's work runs: the one thing asked of a host's job system. Implement these two functions to
@@ -43,11 +42,10 @@ class JOSTLE_API Executor
 /// What calls use that are given no executor: oneTBB with as many threads as the machine has cores (an own
 /// pool of std::threads in builds without oneTBB). Made at first use.
 [[nodiscard]] JOSTLE_API Executor& default_executor();
-
-/// At most `threads` threads of the process-wide oneTBB scheduler, the caller's included; 0 means as many as
-/// oneTBB would take. oneTBB runs no more threads than the process allows it (tbb::global_control).
-/// In builds without oneTBB this is make_thread_executor.
-[[nodiscard]] JOSTLE_API std::unique_ptr<Executor> make_tbb_executor(std::uint32_t threads = 0);
+/// The same with at most `threads` threads, the caller's included; 0 means all. oneTBB runs no more threads
+/// than the process allows it (tbb::global_control). There is one executor for each number that is asked for.
+/// It stays until the program ends, so nothing that is given it can outlive it.
+[[nodiscard]] JOSTLE_API Executor& default_executor(std::uint32_t threads);
 
 /// A pool of its own: `threads` - 1 std::threads that sleep between calls, plus the caller; 0 means as many
 /// as the machine has cores. Fully visible to thread sanitizers, which oneTBB's packaged library isn't.

@@ -336,11 +336,10 @@ typedef int32_t (*jostle_run_function)(void* context, uint32_t count,
 
 /// Everything on the calling thread.
 JOSTLE_C_API jostle_status jostle_executor_serial(jostle_executor** out, jostle_error* error);
-/// What calls use that are given none: as many threads as the machine has cores.
-JOSTLE_C_API jostle_status jostle_executor_default(jostle_executor** out, jostle_error* error);
-/// At most `threads` threads of oneTBB, 0 for all; threads of its own where the library was built without
-/// oneTBB.
-JOSTLE_C_API jostle_status jostle_executor_tbb(uint32_t threads, jostle_executor** out, jostle_error* error);
+/// What calls use that are given none, with at most `threads` threads, 0 for all: oneTBB's, or threads of its
+/// own where the library was built without oneTBB.
+JOSTLE_C_API jostle_status jostle_executor_default(uint32_t threads, jostle_executor** out,
+                                                   jostle_error* error);
 /// A pool of its own; 0 for as many threads as the machine has cores.
 JOSTLE_C_API jostle_status jostle_executor_threads(uint32_t threads, jostle_executor** out,
                                                    jostle_error* error);

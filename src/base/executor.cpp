@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <condition_variable>
+#include <map>
 #include <mutex>
 #include <thread>
 #include <vector>
@@ -180,17 +181,24 @@ Executor& serial_executor() noexcept
 
 Executor& default_executor()
 {
-    static const std::unique_ptr<Executor> executor = make_tbb_executor();
-    return *executor;
+    static Executor& all = default_executor(0); // looked up once
+    return all;
 }
 
-std::unique_ptr<Executor> make_tbb_executor(std::uint32_t threads)
+Executor& default_executor(std::uint32_t threads)
 {
+    static std::mutex changing;
+    static std::map<std::uint32_t, std::unique_ptr<Executor>> by_threads;
+    const std::lock_guard lock(changing);
+    std::unique_ptr<Executor>& executor = by_threads[threads];
+    if (executor == nullptr) {
 #ifdef JOSTLE_WITH_TBB
-    return std::make_unique<TbbExecutor>(threads);
+        executor = std::make_unique<TbbExecutor>(threads);
 #else
-    return make_thread_executor(threads);
+        executor = make_thread_executor(threads);
 #endif
+    }
+    return *executor;
 }
 
 std::unique_ptr<Executor> make_thread_executor(std::uint32_t threads)

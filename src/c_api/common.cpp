@@ -220,16 +220,9 @@ jostle_status jostle_executor_serial(jostle_executor** out, jostle_error* error)
 {
     return guarded(error, [&] { hand_out_executor(out, lent(serial_executor())); });
 }
-jostle_status jostle_executor_default(jostle_executor** out, jostle_error* error)
+jostle_status jostle_executor_default(uint32_t threads, jostle_executor** out, jostle_error* error)
 {
-    return guarded(error, [&] { hand_out_executor(out, lent(default_executor())); });
-}
-jostle_status jostle_executor_tbb(uint32_t threads, jostle_executor** out, jostle_error* error)
-{
-    return guarded(error, [&] {
-        wanted(out, "out");
-        hand_out_executor(out, make_tbb_executor(threads));
-    });
+    return guarded(error, [&] { hand_out_executor(out, lent(default_executor(threads))); });
 }
 jostle_status jostle_executor_threads(uint32_t threads, jostle_executor** out, jostle_error* error)
 {

@@ -80,8 +80,7 @@ TEST_P(EveryScene, SameBitsOnAnyNumberOfThreads)
     jostle::bullet::Broadphase serial({.executor = &jostle::serial_executor()});
     const auto expected = run(serial, GetParam(), 0.1, 25);
     for (const std::uint32_t threads : {2u, 7u}) {
-        const auto executor = jostle::make_tbb_executor(threads);
-        jostle::bullet::Broadphase ours({.executor = executor.get()});
+        jostle::bullet::Broadphase ours({.executor = &jostle::default_executor(threads)});
         expect_same(run(ours, GetParam(), 0.1, 25), expected);
     }
 }

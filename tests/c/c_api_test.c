@@ -142,11 +142,11 @@ static void test_general(void)
     CHECK(count >= 1 && sets[count - 1] == JOSTLE_SCALAR);
     OK(jostle_instruction_set_name(JOSTLE_SCALAR, &name, &error));
     CHECK(strcmp(name, "scalar") == 0);
-    OK(jostle_executor_default(&executor, &error));
+    OK(jostle_executor_default(0, &executor, &error));
     OK(jostle_executor_concurrency(executor, &threads, &error));
     CHECK(threads >= 1);
     OK(jostle_executor_free(executor, &error));
-    OK(jostle_executor_tbb(2, &executor, &error));
+    OK(jostle_executor_default(2, &executor, &error));
     OK(jostle_executor_free(executor, NULL));
     CHECK(jostle_version(NULL, &minor, &patch, NULL) == JOSTLE_INVALID_ARGUMENT);
 }

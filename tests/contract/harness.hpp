@@ -83,7 +83,8 @@ inline const std::vector<NamedExecutor>& all_executors()
         for (const std::uint32_t threads : {1u, 2u, 3u, 7u, 16u}) {
             const std::string count = std::to_string(threads);
             all.push_back({"thread " + count, jostle::make_thread_executor(threads)});
-            all.push_back({"tbb " + count, jostle::make_tbb_executor(threads)});
+            all.push_back(
+                {"default " + count, {&jostle::default_executor(threads), [](jostle::Executor*) {}}});
         }
         all.push_back(
             {"backwards 5", std::make_shared<jostle::CallbackExecutor>(5u, nullptr, run_backwards)});

@@ -88,7 +88,7 @@ inline const std::vector<NamedExecutor>& all_executors()
         all.push_back({"serial", {&jostle::serial_executor(), [](jostle::Executor*) {}}});
         for (const std::uint32_t threads : {1u, 2u, 7u})
             all.push_back({"thread " + std::to_string(threads), jostle::make_thread_executor(threads)});
-        all.push_back({"tbb 2", jostle::make_tbb_executor(2)});
+        all.push_back({"default 2", {&jostle::default_executor(2), [](jostle::Executor*) {}}});
         all.push_back({"shuffled 5", std::make_shared<ShuffledExecutor>(5u)});
         all.push_back({"backward threads 3", std::make_shared<BackwardThreads>(3u)});
         return all;

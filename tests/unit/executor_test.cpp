@@ -31,9 +31,9 @@ void run_forwards(void* calls, std::uint32_t count, void (*task)(void*, std::uin
 
 int callback_calls = 0;
 
-std::unique_ptr<Executor> make(const std::string& sort, std::uint32_t threads)
+std::shared_ptr<Executor> make(const std::string& sort, std::uint32_t threads)
 {
-    if (sort == "tbb") return make_tbb_executor(threads);
+    if (sort == "default") return {&default_executor(threads), [](Executor*) {}};
     if (sort == "thread") return make_thread_executor(threads);
     return std::make_unique<CallbackExecutor>(threads, &callback_calls, run_forwards);
 }
@@ -46,10 +46,10 @@ class ExecutorOf : public ::testing::TestWithParam<std::tuple<std::string, std::
 #endif
 
   protected:
-    std::unique_ptr<Executor> executor_ = make(std::get<0>(GetParam()), std::get<1>(GetParam()));
+    std::shared_ptr<Executor> executor_ = make(std::get<0>(GetParam()), std::get<1>(GetParam()));
 };
 INSTANTIATE_TEST_SUITE_P(Sorts, ExecutorOf,
-                         ::testing::Combine(::testing::Values("tbb", "thread", "callback"),
+                         ::testing::Combine(::testing::Values("default", "thread", "callback"),
                                             ::testing::Values(1u, 2u, 5u, 16u)),
                          [](const auto& instance) {
                              return std::get<0>(instance.param) + std::to_string(std::get<1>(instance.param));
@@ -146,9 +146,14 @@ TEST(Executor, ThreadsAsAsked)
     }
     EXPECT_EQ(CallbackExecutor(0, nullptr, run_forwards).concurrency(), 1u);
     EXPECT_GE(make_thread_executor(0)->concurrency(), 1u);
-    EXPECT_GE(make_tbb_executor(0)->concurrency(), 1u);
     EXPECT_GE(default_executor().concurrency(), 1u);
     EXPECT_EQ(&default_executor(), &default_executor());
+    EXPECT_EQ(&default_executor(0), &default_executor());
+    for (const std::uint32_t threads : {1u, 2u}) {
+        EXPECT_EQ(&default_executor(threads), &default_executor(threads));
+        EXPECT_LE(default_executor(threads).concurrency(), threads);
+    }
+    EXPECT_NE(&default_executor(1), &default_executor(2));
     EXPECT_EQ(serial_executor().concurrency(), 1u);
 }
 

@@ -235,7 +235,7 @@ void define_shapes(py::module_& m)
         auto* const data = static_cast<char*>(out.mutable_data());
         const auto size = static_cast<std::uint64_t>(out.strides(0));
         const Executor executor =
-            make<Executor>([](auto** made, auto* error) { return jostle_executor_default(made, error); });
+            make<Executor>([](auto** made, auto* error) { return jostle_executor_default(0, made, error); });
         call_in_parts(objects.view.poses.count, nullptr, [&](auto first, auto count, jostle_error* error) {
             jostle_objects some;
             const jostle_status status = objects.part_of(first, count, some, error);
