@@ -201,21 +201,26 @@ class JOSTLE_API ContactFinder
     /// Cost  of a pair, half of which touch, on a Zen 5: spheres 25 ns, capsules and spheres 50 to 70, boxes
     ///       and spheres or capsules with boxes 70 to 140, hulls of 32 corners 0.8 us, ellipsoids 0.7,
     ///       cylinders and cones 2.3, a sphere, capsule or box with a mesh of 20,000 triangles 2 to 3.
-    const ContactBuffer<Dim, T>& find(const Objects<Dim, T>& objects, PairView pairs, T margin = 0)
+    const ContactBuffer<Dim, T>& find(const Objects<Dim, T>& objects, PairView pairs, T margin = 0) &
     {
         return find(objects, objects, pairs, margin);
     }
     const ContactBuffer<Dim, T>& find(const Objects<Dim, T>& a, const Objects<Dim, T>& b, PairView pairs,
-                                      T margin = 0);
+                                      T margin = 0) &;
+    /// Not for a finder without a name, which takes its result with it.
+    template <class... More>
+    void find(const Objects<Dim, T>& result_would_be_gone, More&&...) && = delete;
     /// Finds the same contacts, but of each only the deepest point, which is the first one in find(). With
     /// floats in 3D the result takes 3/8 of the memory. It stays valid when find() is called.
     const PointContactBuffer<Dim, T>& find_points(const Objects<Dim, T>& objects, PairView pairs,
-                                                  T margin = 0)
+                                                  T margin = 0) &
     {
         return find_points(objects, objects, pairs, margin);
     }
     const PointContactBuffer<Dim, T>& find_points(const Objects<Dim, T>& a, const Objects<Dim, T>& b,
-                                                  PairView pairs, T margin = 0);
+                                                  PairView pairs, T margin = 0) &;
+    template <class... More>
+    void find_points(const Objects<Dim, T>& result_would_be_gone, More&&...) && = delete;
     /// Exchanges the result of the last find() or find_points() for `buffer`: `buffer` then has the contacts,
     /// and the finder has the buffer's memory, to fill next time. So a program that keeps the last frame's
     /// contacts allocates nothing. The buffer's memory resource goes with it: it must suit the finder.

@@ -148,13 +148,16 @@ class JOSTLE_API PairFinder
     /// Returns all pairs among `boxes`. The result lies in the finder and is valid until its next call.
     template <int Dim, Coordinate T>
     const PairBuffer& find(const BoxView<Dim, T>& boxes, const Filter& filter = {},
-                           Order order = Order::canonical);
+                           Order order = Order::canonical) &;
     /// Returns all pairs of one box of `a` and one box of `b`. Pairs within `a` or within `b` are not
     /// reported. (`View` is the type of `b`. It is a template parameter so that find(boxes, {}) means "no
     /// filter".)
     template <int Dim, Coordinate T, std::same_as<BoxView<Dim, T>> View>
     const PairBuffer& find(const BoxView<Dim, T>& a, const View& b, const CrossFilter& filter = {},
-                           Order order = Order::canonical);
+                           Order order = Order::canonical) &;
+    /// Not for a finder without a name, which takes its result with it: name it, or let take() return a copy.
+    template <class... Arguments>
+    void find(Arguments&&... result_would_be_gone) && = delete;
 
     /// Returns the pairs of many scenes that have nothing to do with each other, as thousands of small worlds
     /// have that run side by side. Scene k is boxes[offsets[k]] to boxes[offsets[k + 1] - 1]: there is one
@@ -168,13 +171,15 @@ class JOSTLE_API PairFinder
     /// Cost      on one thread 0.4 to 1.1 times a loop over find(), least where scenes are smallest.
     template <int Dim, Coordinate T>
     const ScenePairs& find_scenes(const BoxView<Dim, T>& boxes, std::span<const std::uint64_t> offsets,
-                                  const SceneFilter& filter = {});
+                                  const SceneFilter& filter = {}) &;
     template <BoxContainer Boxes>
     const ScenePairs& find_scenes(const Boxes& boxes, std::span<const std::uint64_t> offsets,
-                                  const SceneFilter& filter = {})
+                                  const SceneFilter& filter = {}) &
     {
         return find_scenes(box_view(boxes), offsets, filter);
     }
+    template <class... Arguments>
+    void find_scenes(Arguments&&... result_would_be_gone) && = delete;
 
     /// Hands each pair to `sink` instead of storing it, so that memory stays bounded however many pairs there
     /// are. Returns false if the sink stopped the search. Chunks that other threads are working on may still
@@ -187,13 +192,13 @@ class JOSTLE_API PairFinder
 
     /// The same four functions for containers of boxes.
     template <BoxContainer Boxes>
-    const PairBuffer& find(const Boxes& boxes, const Filter& filter = {}, Order order = Order::canonical)
+    const PairBuffer& find(const Boxes& boxes, const Filter& filter = {}, Order order = Order::canonical) &
     {
         return find(box_view(boxes), filter, order);
     }
     template <BoxContainer A, BoxContainer B>
     const PairBuffer& find(const A& a, const B& b, const CrossFilter& filter = {},
-                           Order order = Order::canonical)
+                           Order order = Order::canonical) &
     {
         return find(box_view(a), box_view(b), filter, order);
     }

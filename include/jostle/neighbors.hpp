@@ -124,10 +124,13 @@ class JOSTLE_API NeighborFinder
 
     /// Returns each point's neighbours among the points. The result is valid until the next call.
     const NeighborList<Dim, T>& find(Points points, const NeighborCutoff<T>& cutoff, const Cell& cell = {},
-                                     const NeighborOptions& options = {});
+                                     const NeighborOptions& options = {}) &;
     /// Returns, for each point, its neighbours among `others`.
     const NeighborList<Dim, T>& find(Points points, Points others, const NeighborCutoff<T>& cutoff,
-                                     const Cell& cell = {}, const NeighborOptions& options = {});
+                                     const Cell& cell = {}, const NeighborOptions& options = {}) &;
+    /// Not for a finder without a name, which takes its list with it.
+    template <class... Arguments>
+    void find(Arguments&&... result_would_be_gone) && = delete;
 
     /// Gives working memory back, the list and what a skin keeps included.
     void release_memory() noexcept;

@@ -494,7 +494,7 @@ NeighborFinder<Dim, T>::~NeighborFinder() = default;
 
 template <int Dim, Coordinate T>
 const NeighborList<Dim, T>& NeighborFinder<Dim, T>::find(Points points, const NeighborCutoff<T>& cutoff,
-                                                         const Cell& cell, const NeighborOptions& options)
+                                                         const Cell& cell, const NeighborOptions& options) &
 {
     if (!cutoff.radii_b.empty() || !cutoff.types_b.empty())
         neighbors::refuse_search("there are radii or types of a second set, and there is one set");
@@ -505,7 +505,7 @@ const NeighborList<Dim, T>& NeighborFinder<Dim, T>::find(Points points, const Ne
 template <int Dim, Coordinate T>
 const NeighborList<Dim, T>& NeighborFinder<Dim, T>::find(Points points, Points others,
                                                          const NeighborCutoff<T>& cutoff, const Cell& cell,
-                                                         const NeighborOptions& options)
+                                                         const NeighborOptions& options) &
 {
     return implementation_->find({points, cutoff.radii, cutoff.types, "a "},
                                  {others, cutoff.radii_b, cutoff.types_b, "b "}, true, cutoff, cell, options);

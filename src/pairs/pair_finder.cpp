@@ -299,21 +299,21 @@ void PairFinder::release_memory() noexcept
 }
 
 template <int Dim, Coordinate T>
-const PairBuffer& PairFinder::find(const BoxView<Dim, T>& boxes, const Filter& filter, Order order)
+const PairBuffer& PairFinder::find(const BoxView<Dim, T>& boxes, const Filter& filter, Order order) &
 {
     return implementation_->store(engine::Boxes<Dim, T>{boxes, {}, false}, filter, order);
 }
 
 template <int Dim, Coordinate T, std::same_as<BoxView<Dim, T>> View>
 const PairBuffer& PairFinder::find(const BoxView<Dim, T>& a, const View& b, const CrossFilter& filter,
-                                   Order order)
+                                   Order order) &
 {
     return implementation_->store(engine::Boxes<Dim, T>{a, b, true}, filter, order);
 }
 
 template <int Dim, Coordinate T>
 const ScenePairs& PairFinder::find_scenes(const BoxView<Dim, T>& boxes,
-                                          std::span<const std::uint64_t> offsets, const SceneFilter& filter)
+                                          std::span<const std::uint64_t> offsets, const SceneFilter& filter) &
 {
     return implementation_->find_scenes(boxes, offsets, filter);
 }
@@ -346,11 +346,11 @@ PairBuffer PairFinder::take(const BoxView<Dim, T>& a, const View& b, const Cross
 }
 
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
-    template const PairBuffer& PairFinder::find(const BoxView<Dim, T>&, const Filter&, Order);               \
+    template const PairBuffer& PairFinder::find(const BoxView<Dim, T>&, const Filter&, Order)&;              \
     template const PairBuffer& PairFinder::find(const BoxView<Dim, T>&, const BoxView<Dim, T>&,              \
-                                                const CrossFilter&, Order);                                  \
+                                                const CrossFilter&, Order)&;                                 \
     template const ScenePairs& PairFinder::find_scenes(const BoxView<Dim, T>&,                               \
-                                                       std::span<const std::uint64_t>, const SceneFilter&);  \
+                                                       std::span<const std::uint64_t>, const SceneFilter&)&; \
     template bool PairFinder::stream(const BoxView<Dim, T>&, PairSink, const Filter&);                       \
     template bool PairFinder::stream(const BoxView<Dim, T>&, const BoxView<Dim, T>&, PairSink,               \
                                      const CrossFilter&);                                                    \

@@ -32,7 +32,7 @@ Error error_of_search(const Views&... views)
             jostle::FinderOptions options;
             options.executor = executor.executor.get();
             options.instruction_set = set;
-            same([&] { (void)jostle::PairFinder(options).find(views...); });
+            same([&] { (void)jostle::PairFinder(options).take(views...); });
             same([&] { (void)jostle::PairFinder(options).stream(views..., never); });
         }
     return first;
@@ -252,7 +252,7 @@ TEST(BadArgument, IsAnErrorAndNotACrash)
     } none;
     jostle::FinderOptions options;
     options.executor = &none;
-    EXPECT_EQ(jostle::PairFinder(options).find(boxes).to_vector(), pairs.to_vector());
+    EXPECT_EQ(jostle::PairFinder(options).take(boxes).to_vector(), pairs.to_vector());
 }
 
 TEST(BadFilter, ColumnsOfTheWrongLength)

@@ -243,7 +243,7 @@ std::vector<Pair> ask(const Question<Dim, T>& question, const Manner& manner = {
         if (manner.free_function)
             return jostle::find_pairs(views..., filter, order, manner.options).to_vector();
         if (manner.finder != nullptr) return manner.finder->find(views..., filter, order).to_vector();
-        return jostle::PairFinder(manner.options).find(views..., filter, order).to_vector();
+        return jostle::PairFinder(manner.options).take(views..., filter, order).to_vector();
     };
     const Columns &of_a = question.columns_a, &of_b = question.columns_b;
     if (question.cross) {

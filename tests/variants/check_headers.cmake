@@ -24,7 +24,8 @@ endforeach()
 check("What uses the headers" ${CMAKE_CURRENT_LIST_DIR}/use_headers.cpp)
 set(mistake 0)
 check("The file of mistakes, without one," -DMISTAKE=0 ${CMAKE_CURRENT_LIST_DIR}/mistakes.cpp)
-foreach(word IN ITEMS returns_something_else "&& temporary" "&& hull" no_query_of_this_structure)
+foreach(word IN ITEMS returns_something_else "&& temporary" "&& hull" no_query_of_this_structure
+    result_would_be_gone result_would_be_gone result_would_be_gone result_would_be_gone result_would_be_gone)
   math(EXPR mistake "${mistake} + 1")
   foreach(compiler IN LISTS compilers)
     execute_process(RESULT_VARIABLE result ERROR_VARIABLE told COMMAND ${compiler} -std=c++20 -fsyntax-only -I${include}

@@ -422,14 +422,14 @@ void ContactFinder<Dim, T>::Implementation::shape_casts(const Objects& moving,
 
 template <int Dim, Coordinate T>
 const ContactBuffer<Dim, T>& ContactFinder<Dim, T>::find(const Objects<Dim, T>& a, const Objects<Dim, T>& b,
-                                                         PairView pairs, T margin)
+                                                         PairView pairs, T margin) &
 {
     return implementation_->find(a, b, pairs.blocks(), margin, implementation_->result);
 }
 template <int Dim, Coordinate T>
 const PointContactBuffer<Dim, T>& ContactFinder<Dim, T>::find_points(const Objects<Dim, T>& a,
                                                                      const Objects<Dim, T>& b, PairView pairs,
-                                                                     T margin)
+                                                                     T margin) &
 {
     return implementation_->find(a, b, pairs.blocks(), margin, implementation_->points);
 }
