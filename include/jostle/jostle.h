@@ -110,15 +110,15 @@ enum
 typedef int32_t jostle_query_kind;
 enum
 {
-    JOSTLE_RAY = 1,              ///< origin, direction, greatest fraction: 2 dim + 1 numbers
-    JOSTLE_SWEEP = 2,            ///< box, motion, greatest fraction: 3 dim + 1 numbers
-    JOSTLE_BOX = 3,              ///< lo, hi: 2 dim numbers
-    JOSTLE_SPHERE = 4,           ///< center, radius: dim + 1 numbers
-    JOSTLE_FRUSTUM = 5,          ///< no numbers but a jostle_frustum
-    JOSTLE_NEAREST = 6,          ///< point, greatest distance: dim + 1 numbers
-    JOSTLE_NEAREST_TO_BOX = 7,   ///< lo, hi, greatest distance: 2 dim + 1 numbers
-    JOSTLE_SHAPE_SWEEP = 8,      ///< a shape, and its displacement: dim numbers
-    JOSTLE_POSED_SHAPE = 9,      ///< a shape that stays: no numbers
+    JOSTLE_RAY = 1,            ///< origin, direction, greatest fraction (INFINITY: no end): 2 dim + 1 numbers
+    JOSTLE_SWEEP = 2,          ///< box, motion, greatest fraction: 3 dim + 1 numbers
+    JOSTLE_BOX = 3,            ///< lo, hi: 2 dim numbers
+    JOSTLE_SPHERE = 4,         ///< center, radius: dim + 1 numbers
+    JOSTLE_FRUSTUM = 5,        ///< no numbers but a jostle_frustum
+    JOSTLE_NEAREST = 6,        ///< point, greatest distance: dim + 1 numbers
+    JOSTLE_NEAREST_TO_BOX = 7, ///< lo, hi, greatest distance: 2 dim + 1 numbers
+    JOSTLE_SHAPE_SWEEP = 8,    ///< a shape, and its displacement: dim numbers
+    JOSTLE_POSED_SHAPE = 9,    ///< a shape that stays: no numbers
     JOSTLE_NEAREST_TO_SHAPE = 10 ///< a shape, and the greatest distance: 1 number, or none for any distance
 };
 
@@ -271,7 +271,7 @@ typedef struct jostle_lists
     uint64_t queries;
     uint64_t count;        ///< of all answers
     const uint64_t* first; ///< queries + 1 of them
-    const uint64_t* ids;   ///< an index's ids are 32-bit numbers, a world's a jostle_id
+    const uint64_t* ids;   ///< of an index each below 2^32; of a world a jostle_id
     const double* at;      ///< as in jostle_hit; NULL where the queries have none
     const uint8_t* more;   ///< whether query i has more answers than were asked for
 } jostle_lists;
@@ -307,7 +307,8 @@ typedef struct jostle_queries
     uint32_t nearest;     ///< of the nearest kinds: how many are wanted of each query; 0: one
     jostle_values values; ///< numbers of the space, those of one query one after another. The stride is at
                           ///< least the size of a query, or that size and less than 0
-    const jostle_objects* shapes; ///< of the kinds that have a shape: as many as values; else NULL
+    const jostle_objects* shapes; ///< of the kinds that have a shape, one for each query, whose number they
+                                  ///< are; else NULL
 } jostle_queries;
 
 /// The version of the library that runs.
@@ -565,12 +566,13 @@ typedef struct jostle_query_filter
 {
     uint64_t struct_size;
     jostle_values category, mask, owner;  ///< uint32_t by id; of an index alone: a world knows its objects'
-    const jostle_asker* asker;            ///< may be NULL: then neither category, mask nor owner filter
-    const uint64_t* exclude;              ///< an object that doesn't count; NULL: none
+    const jostle_asker* asker;            ///< NULL: one whose category and mask have all bits, without owner
+    const uint64_t* exclude;              ///< an object that doesn't count; NULL: none; nor does a hit's id
+                                          ///< where there was none exclude any
     jostle_accept_answer_function accept; ///< may be NULL
     void* context;
     uint64_t count; ///< more than 1: so many filters lie here, one for each query, as far apart as
-                    ///< struct_size says. 0 or 1: this one serves all queries
+                    ///< struct_size says; the first one's count counts. 0 or 1: it serves all queries
 } jostle_query_filter;
 
 /// What an index is made of: jostle::IndexStats.

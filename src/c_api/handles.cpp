@@ -153,6 +153,15 @@ void check_stride(std::uint64_t count, std::int64_t stride, std::size_t alignmen
                JOSTLE_TOO_MANY_OBJECTS);
 }
 
+void check_rows(const jostle_values& values, std::size_t size, const char* name, bool may_repeat)
+{
+    const std::uint64_t step = values.stride < 0 ? 0 - static_cast<std::uint64_t>(values.stride)
+                                                 : static_cast<std::uint64_t>(values.stride);
+    if (values.count == 0 || step >= size || (step == 0 && may_repeat)) return;
+    refuse(std::string("the stride of ") + name + " is " + std::to_string(values.stride) +
+           " bytes, and one of them takes " + std::to_string(size));
+}
+
 const jostle_blocks& wanted_blocks(const jostle_blocks* blocks, const char* name)
 {
     const jostle_blocks& given = wanted(blocks, name);

@@ -353,6 +353,9 @@ constexpr jostle_space space_of =
 // --- Input that is read in place ---
 
 void check_stride(std::uint64_t count, std::int64_t stride, std::size_t alignment, const char* name);
+/// Refuses rows of `size` bytes that overlap: the last number of one would be the first of the next. A stride
+/// of 0, one row over and over, passes where rows may repeat.
+void check_rows(const jostle_values& values, std::size_t size, const char* name, bool may_repeat);
 
 template <int Dim, Coordinate T>
 BoxView<Dim, T> view(const jostle_boxes* boxes, const char* name)

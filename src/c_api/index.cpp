@@ -49,7 +49,7 @@ class IndexFilter
             filter.asker_mask = given_.asker->mask;
             filter.asker_owner = given_.asker->owner;
         }
-        if (given_.exclude != nullptr) {
+        if (given_.exclude != nullptr && *given_.exclude != UINT64_MAX) { // what a hit has that is none
             if (*given_.exclude > UINT32_MAX)
                 refuse("exclude is " + std::to_string(*given_.exclude) + ", which is no id of an index");
             filter.exclude = static_cast<std::uint32_t>(*given_.exclude);

@@ -115,16 +115,10 @@ constexpr bool laid_out_as_documented()
 static_assert(laid_out_as_documented<2, float>() && laid_out_as_documented<3, float>() &&
               laid_out_as_documented<2, double>() && laid_out_as_documented<3, double>());
 
-/// The numbers of queries. A stride below the size of a query is a mistake: its last number would be the first
-/// one of the next.
 template <class Row>
 StridedView<Row> view_of_rows(const jostle_values& values)
 {
-    const std::uint64_t step = values.stride < 0 ? 0 - static_cast<std::uint64_t>(values.stride)
-                                                 : static_cast<std::uint64_t>(values.stride);
-    if (values.count != 0 && step < sizeof(Row))
-        refuse("the stride of queries is " + std::to_string(values.stride) +
-               " bytes, and a query of this kind is " + std::to_string(sizeof(Row)));
+    check_rows(values, sizeof(Row), "queries", false);
     return view<Row>(values, "queries");
 }
 
@@ -198,7 +192,9 @@ class Asked
     void read(const jostle_queries& given, std::size_t count, std::uint32_t, const PosedShape<Dim, T>*)
     {
         const auto posed = shapes_of<Dim, T>(given, count, false);
-        if (given.values.count != 0) refuse("queries of JOSTLE_POSED_SHAPE have no values");
+        if (given.values.count != 0)
+            refuse("queries of JOSTLE_POSED_SHAPE have a shape and no numbers: values.count is " +
+                   std::to_string(given.values.count) + " and must be 0");
         copy(count, [&](std::size_t i) { return Query{posed.shapes[i], posed.poses[i]}; });
     }
     template <int Dim, Coordinate T>

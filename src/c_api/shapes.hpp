@@ -120,6 +120,7 @@ Set<Dim, T> objects_of(const jostle_objects* objects, const char* name)
     const auto* const many = std::get_if<ManyShapes<Dim>>(&content.shapes);
     if (many == nullptr) refuse(std::string(name) + "'s shapes aren't in " + std::to_string(Dim) + "D");
     const StridedView<Shape<Dim>> shapes(many->shapes);
+    check_rows(given.poses, sizeof(Placed), "poses", true);
     const StridedView<Placed> placed = view<Placed>(given.poses, "poses");
     const bool fits = !shapes.empty() && placed.size() % shapes.size() == 0;
     return {content.repeats && fits ? shapes.repeated(placed.size()) : shapes, placed};

@@ -1466,6 +1466,15 @@ static void test_shapes_and_contacts(void)
             const float no_further[3] = {0.5f, 0.5f, 0.5f};
             casts.kind = JOSTLE_RAY;
             casts.values = given_rays;
+            {
+                jostle_objects odd = objects;
+                odd.poses.stride = 24;
+                FAILS(jostle_bounds(JOSTLE_3F, &odd, 0, NULL, shape_boxes, &error), JOSTLE_INVALID_ARGUMENT,
+                      "the stride of poses is 24 bytes, and one of them takes 28");
+                odd.poses.stride = 0; /* all at one place */
+                OK(jostle_bounds(JOSTLE_3F, &odd, 0, NULL, shape_boxes, &error));
+                CHECK(memcmp(shape_boxes[0], shape_boxes[2], sizeof shape_boxes[0]) == 0);
+            }
             OK(jostle_bounds(JOSTLE_3F, &objects, 0, NULL, shape_boxes, &error));
             OK(jostle_boxes_strided(JOSTLE_3F, shape_boxes[0], shape_boxes[0] + 3, 3, sizeof shape_boxes[0],
                                     &boxes_of_shapes, &error));
@@ -1505,6 +1514,9 @@ static void test_shapes_and_contacts(void)
             CHECK(found[0].id == UINT64_MAX);
             OK(jostle_index_first(shape_index, &casts, &objects, filters + 1, found, hits, &error));
             CHECK(found[0].id == 2);
+            left_out = UINT64_MAX; /* what a hit has that is none */
+            OK(jostle_index_first(shape_index, &casts, &objects, filters, found, hits, &error));
+            CHECK(found[0].id == 2);
             filters[0].count = 3;
             FAILS(jostle_index_first(shape_index, &casts, &objects, filters, found, hits, &error),
                   JOSTLE_SIZE_MISMATCH, "3 filters");
@@ -1523,7 +1535,7 @@ static void test_shapes_and_contacts(void)
             /* Shapes that stay touch themselves alone. */
             casts.kind = JOSTLE_POSED_SHAPE;
             FAILS(jostle_index_count(shape_index, &casts, &objects, NULL, numbers_of, &error),
-                  JOSTLE_INVALID_ARGUMENT, "no values");
+                  JOSTLE_INVALID_ARGUMENT, "values.count is 3 and must be 0");
             memset(&casts.values, 0, sizeof casts.values);
             OK(jostle_index_count(shape_index, &casts, &objects, NULL, numbers_of, &error));
             CHECK(numbers_of[2] == 1);

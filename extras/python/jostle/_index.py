@@ -9,19 +9,18 @@ import numpy as np
 from . import _arrays, _core
 from ._errors import Error
 from ._lists import ClosePairs
-from ._queries import Verbs
+from ._queries import WHAT_COUNTS, Verbs
 from ._visits import Visit, all_pairs, first_pairs
 
 
 class BoxIndex(Verbs):
-    """An index of boxes, each with an id (a whole number that the caller chooses; keep them dense), which answers queries.
+    __doc__ = """An index of boxes, each with an id (a whole number that the caller chooses; keep them dense), which answers queries.
 
         index = jostle.BoxIndex(boxes)                      # box i has the id i
         index.first(jostle.rays(origins, directions))       # what each ray meets first
         index.all(jostle.nearest(points, 8))                # the eight nearest of each point
 
-    dim and dtype are those of the boxes unless given. Several threads may make queries at the same time; make changes one at a time. A change while a query goes on, in its callback or another thread, is an Error.
-    """
+    dim and dtype are those of the boxes unless given. Several threads may make queries at the same time; make changes one at a time. A change while a query goes on, in its callback or another thread, is an Error.""" + WHAT_COUNTS
 
     def __init__(self, boxes: Any = None, ids: Any = None, *, dim: int | None = None, dtype: Any = None,
                  threads: int = 0) -> None:

@@ -109,7 +109,7 @@ def nearest_to_boxes(boxes: Any, count: int = 1, max_distance: Any = np.inf) -> 
 
 
 def shape_sweeps(shapes: Shapes, poses: Any, displacements: Any) -> Queries:
-    """Shapes that move from their poses by displacements (n, d), without rotating."""
+    """Shapes that move from their poses by displacements (n, d), without rotating. To end earlier, scale the displacement."""
     return Queries(8, (displacements,), shapes=_shapes_of(shapes), poses=poses)
 
 
@@ -125,7 +125,7 @@ def nearest_to_shapes(shapes: Shapes, poses: Any, count: int = 1, max_distance: 
 
 def _shapes_of(shapes: Any) -> Shapes:
     if not isinstance(shapes, Shapes):
-        raise Error(f"shapes is of the type {type(shapes).__name__}: it must be a Shapes")
+        raise Error(f"shapes is of the type {type(shapes).__name__}: it must be a Shapes, as jostle.Shapes([...]) makes of a list")
     return shapes
 
 
@@ -137,16 +137,30 @@ Exclude = Union[int, Sequence[int], np.ndarray, None]  # one id for all queries,
 def asking(asker: Asker | None, exclude: Any, accept: AcceptAnswer | None, category: Any = None, mask: Any = None,
            owner: Any = None) -> _core.AskFilter:
     if asker is not None:
-        numbers: list[Any] = list(asker) if isinstance(asker, (list, tuple)) else _arrays.integers(asker, "asker", np.uint32).tolist()
+        of = asker if isinstance(asker, (list, tuple)) else np.atleast_1d(_arrays.integers(asker, "asker", np.uint32)).tolist()
+        numbers: list[Any] = list(of)
         if len(numbers) not in (2, 3):
             raise Error(f"asker is {asker!r}: it must be (category, mask) or (category, mask, owner)")
         asker = tuple(_arrays.whole(one, "asker") for one in (*numbers, 2**32 - 1)[:3])
     one = exclude is None or _arrays.array(exclude).ndim == 0
     return _core.AskFilter(_arrays.optional_integers(category, "category"), _arrays.optional_integers(mask, "mask"),
                            _arrays.optional_integers(owner, "owner"), asker,
-                           None if exclude is None or not one else _arrays.whole(exclude, "exclude", 2**64),
-                           None if one else _arrays.packed(exclude, "exclude", np.uint64),
+                           None if not one else _excluded(exclude),
+                           None if one else _excluded_each(exclude),
                            _arrays.function(accept, "accept"))
+
+
+def _excluded(exclude: Any) -> int | None:
+    return None if exclude is None or exclude == -1 else _arrays.whole(exclude, "exclude", 2**64)
+
+
+def _excluded_each(exclude: Any) -> np.ndarray:
+    """Ids as uint64; -1, which is no object's, becomes the greatest number, which isn't either."""
+    given = _arrays.array(exclude)
+    if given.dtype.kind != "i":
+        return _arrays.packed(exclude, "exclude", np.uint64)
+    ids = _arrays.packed(np.where(given == -1, 0, given), "exclude", np.uint64)
+    return np.where(given == -1, np.uint64(ALL), ids)
 
 
 def limit(max_results: int | None) -> int:
@@ -162,14 +176,21 @@ OF_BOXES, OF_SHAPES = (1, 2, 3, 4, 5, 6, 7), (1, 8, 9, 10)
 LINES, NEAREST, NOT_NEAREST = (1, 2, 8), (6, 7, 10), (1, 2, 3, 4, 5, 8, 9)
 
 
-class Verbs:
-    """How a BoxIndex and a World are asked: any, count, first, all and visit, each of boxes or, with `shapes` and `poses`, which have
-    a row for every id (in a world, every index of an id), of the shapes in the boxes.
+WHAT_COUNTS = """
 
-    What counts: `asker` is (category, mask) or (category, mask, owner); category, mask and owner are one uint32 per id, of an index
-    alone, since a world knows its objects' filters; `exclude` is an id that doesn't count, or one for each query; accept(query, id) is
-    asked about what may be an answer.
+    The verbs any, count, first, all and visit ask about boxes or, with `shapes` and `poses`, which have a row for every id (of a world,
+    every index of an id), about the shapes in the boxes. Which objects count:
+
+    exclude   an id that doesn't, or one for each query; -1 is none
+    asker     (category, mask) or (category, mask, owner); all bits and no owner if it isn't given
+    category, mask, owner   one uint32 per id, of an index alone, since a world knows its objects' filters: an object counts if its
+              category is in the asker's mask, the asker's category in its mask, and the owners differ
+    accept    accept(query, id) is asked last, about what may be an answer
     """
+
+
+class Verbs:
+    __doc__ = "How a BoxIndex and a World are asked." + WHAT_COUNTS
 
     dim: int
     dtype: np.dtype
@@ -184,7 +205,8 @@ class Verbs:
         takes = [kind for kind in (OF_BOXES if shapes is None else OF_SHAPES) if kind in kinds]
         if given._kind not in takes:
             raise Error(f"the queries are of the kind {KINDS[given._kind]}: this call takes "
-                        f"{', '.join(KINDS[kind] for kind in takes)}{'' if shapes is None else ' of shapes'}")
+                        f"{', '.join(KINDS[kind] for kind in takes)}{'' if shapes is None else ' of shapes'}"
+                        f"{'' if shapes is None or given._kind not in (3, 4) else '; for boxes or spheres, posed_shapes of jostle.box or sphere'}")
         if (shapes is None) != (poses is None):
             raise Error("give shapes and poses, or neither")
         target = (None, None) if shapes is None else (_shapes_of(shapes)._shapes, _arrays.packed_poses(poses, self.dtype))
@@ -219,9 +241,10 @@ class Verbs:
 
     def first(self, queries: Queries, shapes: Shapes | None = None, poses: Any = None, *, category: Any = None, mask: Any = None,
               owner: Any = None, asker: Asker | None = None, exclude: Exclude = None, accept: AcceptAnswer | None = None) -> Any:
-        """What each ray or sweep hits first, or what is nearest. Of boxes Hits. Of shapes a structured array of id (of an index -1, of a
-        world 0 where there is none), fraction (infinite there), normal, point (relative to the object's position), part and
-        moving_part; of nearest_to_shapes id, distance, normal, from_a and from_b, where a is the shape of the query."""
+        """What each ray or sweep hits first, or what is nearest. Of boxes Hits. Of shapes a structured array of id, fraction, normal, point
+        (relative to the object's position), part and moving_part; of nearest_to_shapes id, distance, normal, from_a and from_b, where a
+        is the shape of the query. Where there is nothing, the id is -1, of a world 0, and fraction or distance is infinite: ask for that
+        before you use an id as an index."""
         ids, at, details = self._call("first", queries, LINES + NEAREST, shapes, poses,
                                       asking(asker, exclude, accept, category, mask, owner), self._details(queries, shapes))
         ids = self._ids(ids)
@@ -246,8 +269,9 @@ class Verbs:
               category: Any = None, mask: Any = None, owner: Any = None, asker: Asker | None = None, exclude: int | None = None,
               accept: AcceptAnswer | None = None) -> bool:
         """Calls visit(ids, at) with the answers to one query as they are found, `chunk` of them at a time, in the order of all();
-        regions in an order of the index's own, with at 0. visit returns None or True to go on, False to stop, or (where answers have an
-        order) a number that no later `at` may exceed. The search goes no further than the chunk that it is in. Returns whether it was
+        regions in an order of the index's own, with at 0. Of shapes `at` is the fraction or the distance. visit returns None or True to go on, False to stop, or (where answers have an
+        order) a number that no later `at` may exceed, 0 as well. The search goes no further than the chunk that it is in: chunk=1
+        stops soonest. Returns whether it was
         never stopped. visit may make queries, and give commands to a world; it must not change an index, or update a world."""
         return self._call("visit", queries, tuple(KINDS), shapes, poses, asking(asker, exclude, accept, category, mask, owner), visit,
                           chunk)

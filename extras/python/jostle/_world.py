@@ -9,7 +9,7 @@ import numpy as np
 from . import _arrays, _core
 from ._errors import Error
 from ._lists import Answers, ClosePairs
-from ._queries import AcceptAnswer, Asker, Verbs, asking
+from ._queries import WHAT_COUNTS, AcceptAnswer, Asker, Verbs, asking
 from ._visits import Visit, first_pairs
 
 
@@ -30,7 +30,7 @@ class EndedPairs(NamedTuple):
 
 
 class World(Verbs):
-    """Objects with ids, and the pairs between them: which pairs began, persist and ended.
+    __doc__ = """Objects with ids, and the pairs between them: which pairs began, persist and ended.
 
         world = jostle.World(dim=3, dtype=np.float32)
         ids = world.add(boxes)            # (n,) uint64
@@ -51,8 +51,7 @@ class World(Verbs):
 
     Resting objects cost nothing. Several threads may give commands, at any time, and any number may ask; but not while another
     one calls update(), apply(), clear(), follow() or restores: that is an Error, on whichever side comes second. `accept` may ask. A world
-    can be pickled, unless it has an `accept`.
-    """
+    can be pickled, unless it has an `accept`.""" + WHAT_COUNTS
 
     def __init__(self, dim: int = 3, dtype: Any = np.float64, *, margin: float = 0.0,
                  accept: Callable[[int, int], bool] | None = None, threads: int = 0,

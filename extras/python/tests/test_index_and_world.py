@@ -76,6 +76,12 @@ def test_query_filters():
     answers = index.all(boxes, exclude=np.arange(10))
     assert [sorted(answers[i]) for i in range(10)] == [[k for k in range(10) if k != i] for i in range(10)]
     assert world.all(boxes, exclude=ids)[3].tolist() == [id for id in ids if id != ids[3]]
+    # -1 is what no object has, and what a query has that found none.
+    assert index.count(everywhere, exclude=-1)[0] == 10 and world.count(everywhere, exclude=-1)[0] == 10
+    assert index.count(boxes[:3], exclude=[-1, 2, -1]).tolist() == [10, 9, 10]
+    assert world.count(boxes[:2], exclude=np.array([-1, int(ids[3])])).tolist() == [10, 9]
+    assert index.count(boxes[:2], exclude=index.first(jostle.rays([[9, 9], [0.5, 0.5]], [1, 0])).ids).tolist() == [10, 9]
+    assert "exclude" in jostle.BoxIndex.__doc__ and "exclude" in jostle.World.__doc__
     many = np.repeat(boxes, 500, axis=0)  # more than are asked at once
     assert (index.count(many, exclude=np.repeat(np.arange(10), 500), accept=lambda query, id: id == query // 500) == 0).all()
     with pytest.raises(jostle.Error, match="10 queries and 3 ids to exclude"):
@@ -839,7 +845,9 @@ def test_arguments_that_mean_something_else_are_refused():
             (lambda: index.first(jostle.rays(boxes[:, 0, :2], [0, 0, 1])), r"rays: origins has the shape \(4, 2\)"),
             (lambda: index.all(jostle.spheres(boxes[:, 0], [1, 2, 3])), "spheres: centers, radii must have as many rows as each other, or one; they have 3 and 4"),
             (lambda: jostle.BoxIndex(boxes[:, 0]), r"points are boxes as numpy.stack"),
-            (lambda: index.any(boxes, exclude=-1), "exclude is -1"),
+            (lambda: index.any(boxes, exclude=-2), "exclude is -2"),
+            (lambda: index.any(boxes, exclude=[0, -2, 1, 1]), "exclude"),
+            (lambda: index.any(boxes, asker=1), r"asker is 1: it must be \(category, mask\)"),
             (lambda: world.any(boxes, exclude=2**64), "exclude is 18446744073709551616"),
             (lambda: index.any(boxes, asker=(1,)), r"asker is \(1,\)"),
             (lambda: index.any(boxes, asker=(1, -1)), "asker is -1"),
