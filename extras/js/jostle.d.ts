@@ -418,8 +418,8 @@ export interface QueryFilter<Id> {
   exclude?: Id;
   accept?: (query: number, id: Id) => boolean;
   /**
-   * Shape and pose of each object, by id, of a world by the low 32 bits of the id: then the query is about the
-   * shapes in the boxes.
+   * Shape and pose of each object, by id, of a world by the low 32 bits of the id: then the query is about
+   * the shapes in the boxes.
    */
   objects?: Objects;
 }

@@ -619,9 +619,9 @@ JOSTLE_C_API jostle_status jostle_index_stats_read(const jostle_index* index, jo
 JOSTLE_C_API jostle_status jostle_index_join(jostle_index* index, const jostle_boxes* boxes,
                                              jostle_results* results, jostle_error* error);
 
-// Queries of boxes and of shapes, by five verbs. `objects` is NULL where boxes are asked about, or has a shape
-// and a pose for every id of the index, or every index of an id of the world: then the shapes in the boxes
-// are. Of boxes any, count, all and visit take JOSTLE_RAY to JOSTLE_FRUSTUM, first takes JOSTLE_RAY and
+// Queries of boxes and of shapes, by five verbs. `objects` is NULL where boxes are asked about; or it has a
+// shape and a pose for every id of the index, or every index of an id of the world, and the shapes in the
+// boxes are. Of boxes any, count, all and visit take JOSTLE_RAY to JOSTLE_FRUSTUM, first takes JOSTLE_RAY and
 // JOSTLE_SWEEP; of shapes any, count, all and visit take JOSTLE_RAY, JOSTLE_SHAPE_SWEEP and
 // JOSTLE_POSED_SHAPE, first takes the first two. first, all and visit take the nearest kinds, too, those to
 // shapes with objects. One query is answered on the calling thread, more on the executor. `filter` may be

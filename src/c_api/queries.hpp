@@ -294,8 +294,8 @@ void with_queries(const jostle_queries* queries, std::uint64_t limit, F&& inside
 
 // --- Which objects ---
 
-/// inside(filter) with a Filter for all queries, or a span with one for each. `Wish` makes a Filter of the
-/// caller's, which refers to it.
+/// inside(filters) with one for all queries, or one for each. `Wish` makes a Filter of the caller's, which
+/// refers to it.
 template <class Wish, class F>
 void with_filter(const jostle_query_filter* filter, std::uint64_t queries, F&& inside)
 {
@@ -303,7 +303,7 @@ void with_filter(const jostle_query_filter* filter, std::uint64_t queries, F&& i
     const std::uint64_t count = read_options(filter, "jostle_query_filter").count;
     if (count <= 1) {
         const Wish wish(filter);
-        return inside(std::as_const(wish.filter));
+        return inside(detail::QueryFilters<Filter>(wish.filter));
     }
     if (count != queries)
         refuse("there are " + std::to_string(queries) + " queries and " + std::to_string(count) +
@@ -320,18 +320,7 @@ void with_filter(const jostle_query_filter* filter, std::uint64_t queries, F&& i
         wishes.emplace_back(reinterpret_cast<const jostle_query_filter*>(bytes + i * size));
         filters.push_back(wishes.back().filter);
     }
-    inside(std::span<const Filter>(filters));
-}
-/// That of a single query.
-template <class Filter>
-const Filter& only(const Filter& filter)
-{
-    return filter;
-}
-template <class Filter>
-const Filter& only(std::span<const Filter> filters)
-{
-    return filters[0];
+    inside(detail::QueryFilters<Filter>(filters));
 }
 
 // --- Answers ---
@@ -496,7 +485,7 @@ void ask_any(const Content& content, const jostle_queries* queries, const jostle
                          [&](const auto& structure, auto asked, const auto& wish, const auto&... shapes) {
                              std::uint8_t* const any = wanted_array(out, asked.size(), "any");
                              if (asked.size() == 1)
-                                 any[0] = structure.any(asked.front(), shapes..., only(wish)) ? 1 : 0;
+                                 any[0] = structure.any(asked.front(), shapes..., wish[0]) ? 1 : 0;
                              else if (!asked.empty())
                                  structure.any(asked, shapes..., std::span(any, asked.size()), wish);
                          });
@@ -509,7 +498,7 @@ void ask_count(const Content& content, const jostle_queries* queries, const jost
                            [&](const auto& structure, auto asked, const auto& wish, const auto&... shapes) {
                                std::uint64_t* const counts = wanted_array(out, asked.size(), "counts");
                                if (asked.size() == 1)
-                                   counts[0] = structure.count(asked.front(), shapes..., only(wish));
+                                   counts[0] = structure.count(asked.front(), shapes..., wish[0]);
                                else if (!asked.empty())
                                    structure.count(asked, shapes..., std::span(counts, asked.size()), wish);
                            });
@@ -533,9 +522,9 @@ void ask_first(const Content& content, const jostle_queries* queries, const jost
             if (asked.size() == 1) {
                 std::optional<Found> found;
                 if constexpr (nearest)
-                    found = structure.nearest(asked.front(), shapes..., only(wish));
+                    found = structure.nearest(asked.front(), shapes..., wish[0]);
                 else
-                    found = structure.first(asked.front(), shapes..., only(wish));
+                    found = structure.first(asked.front(), shapes..., wish[0]);
                 if (!found) become_nothing(found.emplace());
                 hits[0] = hit_to_c(*found, details, 0);
                 return;
@@ -565,9 +554,9 @@ void ask_all(const Content& content, const jostle_queries* queries, const jostle
                 std::vector<Item> found;
                 bool more = false;
                 if constexpr (is_nearest(kind_of<Query>))
-                    structure.nearest(asked.front(), shapes..., found, only(wish));
+                    structure.nearest(asked.front(), shapes..., found, wish[0]);
                 else
-                    more = structure.all(asked.front(), shapes..., found, only(wish), max_results);
+                    more = structure.all(asked.front(), shapes..., found, wish[0], max_results);
                 append(results, std::span<const Item>(found), more);
             } else {
                 ResultLists<Item> found(results.kept.resource());
@@ -604,12 +593,12 @@ bool ask_visit(const Content& content, const jostle_queries* queries, const jost
                         return visit(context, to_c(item.id), at_of(item), details, shown);
                     });
                 };
-                finished = structure.visit(asked.front(), shapes..., hand_over, only(wish));
+                finished = structure.visit(asked.front(), shapes..., hand_over, wish[0]);
             } else {
                 const auto hand_over = [&](const Item& id) {
                     return agreed(visit(context, to_c(id), 0, nullptr, nullptr));
                 };
-                finished = structure.visit(asked.front(), shapes..., hand_over, only(wish));
+                finished = structure.visit(asked.front(), shapes..., hand_over, wish[0]);
             }
         });
     return finished;

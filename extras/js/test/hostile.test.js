@@ -173,7 +173,10 @@ test("worlds, indexes and contacts", async () => {
   refuses(() => world.all({ boxes: good.subarray(1) }), /boxes has 11 numbers/, { status: "size_mismatch" });
   refuses(() => world.all({ nearest: new Float32Array(3), count: 1.5 }), /count is 1.5/);
   refuses(() => world.any({ nearest: new Float32Array(3) }), /nearest is no query of any\(\)/);
-  refuses(() => world.first({ boxes: good }), /boxes is no query of first\(\): ask one of rays, sweeps, nearest, nearestToBoxes/);
+  refuses(
+    () => world.first({ boxes: good }),
+    /boxes is no query of first\(\): ask one of rays, sweeps, nearest, nearestToBoxes/,
+  );
   world.update();
   assert.equal(world.pairs().length, 2); // as before
   refuses(() => new jostle.World({ dim: 3, margin: -1 }), /margin/);

@@ -329,11 +329,15 @@ for (const [kind, loaded] of Object.entries(modules))
         assert.equal(any[i], expected.length === 0 ? 0 : 1);
       }
       const one = { shapes: make(1, 0.2), poses: place(1) }, seen = [];
-      assert.ok(index.visit({ nearestToShapes: one, count: 4 }, (id, at) => void seen.push([id, at]), { objects }));
+      const note = (id, at) => void seen.push([id, at]);
+      assert.ok(index.visit({ nearestToShapes: one, count: 4 }, note, { objects }));
       const four = index.all({ nearestToShapes: one, count: 4 }, { objects });
       assert.deepEqual(seen, [...four.ids].map((id, k) => [id, four.at[k]]));
 
-      assert.throws(() => index.all({ posedShapes: askers }), /posedShapes is no query of all\(\): ask one of rays/);
+      assert.throws(
+        () => index.all({ posedShapes: askers }),
+        /posedShapes is no query of all\(\): ask one of rays/,
+      );
       assert.throws(
         () => index.any({ boxes }, { objects }),
         /boxes is no query of any\(\) with objects: ask one of rays, shapeSweeps, posedShapes/,

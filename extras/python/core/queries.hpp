@@ -196,8 +196,8 @@ class FoundLists
         parts_.push_back(std::move(part));
         return ask(results);
     }
-    /// Where each list begins, and their end; the ids; where they are, or None if these queries have no order;
-    /// which queries have more; and their details, of this type, or None.
+    /// Where each list begins, and their end; the ids; where they are, or None if these queries have no
+    /// order; which queries have more; and their details, of this type, or None.
     [[nodiscard]] py::tuple joined(std::uint64_t queries, bool has_at,
                                    const std::optional<py::dtype>& type) const
     {
