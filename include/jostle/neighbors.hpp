@@ -53,6 +53,7 @@ struct NeighborOptions
     /// Lists each pair once, in the row of its lower point, and of the two images of a point that lie
     /// opposite each other the one whose first number other than 0 in its shift is above 0. Not for two sets.
     bool half = false;
+    bool shifts = true;     ///< fills NeighborList::shifts
     bool vectors = false;   ///< fills NeighborList::vectors
     bool distances = false; ///< fills NeighborList::distances
     /// If above 0, the search also looks this much further than the cutoff and keeps what it finds. Later
@@ -69,6 +70,7 @@ struct NeighborList
     std::span<const std::uint64_t> offsets; ///< one more than points
     std::span<const std::uint32_t> neighbors;
     /// By how many periods along each axis the neighbour's image is shifted; 0 where an axis doesn't repeat.
+    /// Empty where not wanted.
     std::span<const std::array<std::int32_t, detail::axes<Dim>>> shifts;
     std::span<const Vec<Dim, T>> vectors; ///< from the point to its neighbour's image, where asked for
     std::span<const T> distances;         ///< the lengths of these, where asked for

@@ -17,6 +17,7 @@
 #include "base/number_text.hpp"
 #include "jostle/error.hpp"
 #include "jostle/neighbors.hpp"
+#include "pairs/kernels/neighbors.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace neighbors {
@@ -194,6 +195,7 @@ struct NeighborGrid
     std::int64_t cells[detail::axes<Dim>], reach[detail::axes<Dim>];
     double rounding = 0; ///< by how much a distance of the definition may differ from the true one
     T near = 0;          ///< the square within which the test of wrapped points must let pass
+    T sure = -1;         ///< the square within which it decides; nothing is below 0
 
     static Wide wide(const Vec<Dim, T>& v)
     {
@@ -324,18 +326,23 @@ struct NeighborGrid
                               "; put several periods into one cell");
             wrapped += (high[k] - low[k] + reaches[k] + 2) * lengths[k];
         }
-        const double passing = (within + 16 * eps * (wrapped + cutoff)) * (1 + 16 * eps);
+        const double rest = 16 * eps * (wrapped + cutoff);
+        const double passing = (within + rest) * (1 + 16 * eps);
         const double square = passing * passing * (1 + 16 * eps);
         near = square < static_cast<double>(std::numeric_limits<T>::max())
                    ? static_cast<T>(square)
                    : std::numeric_limits<T>::infinity();
+        const double deciding = (cutoff - rounding - rest) * (1 - 16 * eps);
+        sure = deciding > 0 ? static_cast<T>(deciding * deciding * (1 - 16 * eps)) : T(-1);
 
-        // Cells of about a cutoff's edge; along the last axis, where cells follow each other in memory,
-        // smaller.
-        double size[detail::axes<Dim>], all = 1;
+        double size[detail::axes<Dim>], all = 1, per_cutoff = static_cast<double>(points);
+        for (int k = 0; k < Dim; ++k)
+            per_cutoff *= std::min(1.0, reaches[k] / (repeats[k] ? 1 : high[k] - low[k]));
+        // A cell's points look at the same others, which costs time once for all of them. So there should be
+        // some of them; but a cell that is larger has more points that are too far away.
+        const double edge = std::clamp(std::pow(48 / per_cutoff, 1.0 / Dim), 1 + 1e-9, 2.0); // of cutoffs
         for (int k = 0; k < Dim; ++k) {
-            const double finer = k == Dim - 1 ? 4 : 1;
-            scale[k] = finer / reaches[k];
+            scale[k] = 1 / (edge * reaches[k]);
             size[k] = repeats[k] ? std::max(1.0, std::floor(scale[k]))
                                  : std::min(std::floor((high[k] - low[k]) * scale[k]) + 1, 1e18);
             all *= size[k];
@@ -374,14 +381,24 @@ template <int Dim, class T>
 struct GridPoints
 {
     explicit GridPoints(std::pmr::memory_resource* memory)
-        : points(memory), cell(memory), starts(memory), periods(memory), x(memory), y(memory), z(memory)
+        : points(memory),
+          cell(memory),
+          starts(memory),
+          index(memory),
+          periods(memory),
+          x(memory),
+          y(memory),
+          z(memory)
     {
     }
 
     Buffer<GridPoint<Dim, T>> points;
     Buffer<std::uint32_t> cell, starts;
+    Buffer<std::uint32_t> index;  ///< GridPoint::index, side by side
     Buffer<Periods<Dim>> periods; ///< GridPoint::wrapped, by index
-    Buffer<T> x, y, z;            ///< the points, wrapped
+    Buffer<T> x, y, z;            ///< the points, wrapped, and 0 as padding
+    std::size_t count = 0;
+    bool any_wrapped = false;
 
     T* axis(int d) { return (d == 0 ? x : d == 1 ? y : z).data(); }
 
@@ -391,8 +408,13 @@ struct GridPoints
         std::size_t cells = 1;
         for (int k = 0; k < Dim; ++k)
             cells *= static_cast<std::size_t>(grid.cells[k]);
-        points.reserve(n), cell.reserve(n), periods.reserve(n), x.reserve(n), y.reserve(n);
-        if (Dim == 3) z.reserve(n);
+        points.reserve(n), cell.reserve(n), index.reserve(n), periods.reserve(n);
+        for (int d = 0; d < Dim; ++d) {
+            (d == 0 ? x : d == 1 ? y : z).reserve(n + neighbor_padding);
+            std::fill_n(axis(d) + n, neighbor_padding, T(0));
+        }
+        count = n;
+        any_wrapped = false;
         starts.reserve(cells + 2);
         std::fill_n(starts.data(), cells + 2, 0u);
         for (std::size_t i = 0; i < n; ++i) {
@@ -404,6 +426,7 @@ struct GridPoints
                 if (grid.repeats[k]) {
                     const double floor = std::floor(f);
                     whole = static_cast<std::int32_t>(floor);
+                    any_wrapped |= whole != 0;
                     f -= floor;
                 } else {
                     f -= grid.low[k];
@@ -419,6 +442,7 @@ struct GridPoints
             starts[c] += starts[c - 1];
         for (std::size_t i = 0; i < n; ++i) { // starts[c + 1] goes from where c begins to where it ends
             const std::size_t to = starts[std::size_t{cell[i]} + 1]++;
+            index[to] = static_cast<std::uint32_t>(i);
             points[to] = {set.points[i], set.radii.empty() ? T(0) : set.radii[i],
                           set.types.empty() ? 0 : set.types[i], static_cast<std::uint32_t>(i), periods[i]};
             Vec<Dim, double> at = grid.wide(set.points[i]) - grid.origin;
@@ -430,7 +454,7 @@ struct GridPoints
     }
     void release()
     {
-        points.release(), cell.release(), starts.release(), periods.release();
+        points.release(), cell.release(), starts.release(), index.release(), periods.release();
         x.release(), y.release(), z.release();
     }
 };

@@ -1,11 +1,18 @@
 // SPDX-License-Identifier: MIT
-// Neighbour lists: points in the cells of a grid along the reciprocal axes of the space that repeats. A test
-// of wrapped points with room for rounding finds who may be near; the test of the definition decides.
+// Neighbour lists: points in the cells of a grid along the reciprocal axes of the space that repeats. Whom the
+// rows of a cell may have as neighbours is put together once for all of them, in the order in which rows list
+// them. A test of wrapped points, with bounds for rounding, finds who is near; where it can't tell, the test
+// of the definition decides.
 #include "jostle/neighbors.hpp"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
+#include <bit>
+#include <limits>
 #include <memory_resource>
+#include <new>
+#include <utility>
 #include <vector>
 
 #include "base/buffer.hpp"
@@ -13,8 +20,10 @@
 #include "base/exact_floats.hpp"
 #include "base/in_use.hpp"
 #include "base/instantiate.hpp"
+#include "base/radix.hpp"
 #include "jostle/executor.hpp"
 #include "jostle/process.hpp"
+#include "pairs/kernels/neighbors.hpp"
 #include "pairs/neighbor_grid.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -26,34 +35,79 @@ constexpr int image_bits = 10;              // of an image's number along an axi
 constexpr std::int64_t image_bias = 1 << (image_bits - 1);
 static_assert(most_images + 2 < image_bias);
 
+/// An image's number in one word.
+template <int Dim>
+std::uint32_t code_of(const Periods<Dim>& image)
+{
+    std::uint32_t code = 0;
+    for (const std::int32_t periods : image)
+        code = code << image_bits | static_cast<std::uint32_t>(periods + image_bias);
+    return code;
+}
+template <int Dim>
+Periods<Dim> image_of(std::uint32_t code)
+{
+    Periods<Dim> image;
+    for (std::size_t k = detail::axes<Dim>; k-- > 0; code >>= image_bits)
+        image[k] = static_cast<std::int32_t>(code % (1u << image_bits)) - std::int32_t{image_bias};
+    return image;
+}
+
 /// Points of the grid that follow each other in memory, all shifted in the same way.
 template <int Dim, Coordinate T>
 struct ImageRun
 {
     std::size_t begin, end;
     Vec<Dim, T> by;
-    Periods<Dim> image;
+    std::uint32_t code; ///< of the image
 };
 
-/// A neighbour as it is sorted: by index, then by image, the first axis first. Of two points in whole periods
-/// of their own, shifts ascend as images do.
-template <int Dim>
-std::uint64_t neighbor_key(std::uint32_t index, const Periods<Dim>& image)
+/// What a task works with: the points that the rows of one cell may have as neighbours.
+template <class T>
+struct Surroundings
 {
-    std::uint64_t code = 0;
-    for (const std::int32_t periods : image)
-        code = code << image_bits | static_cast<std::uint64_t>(periods + image_bias);
-    return std::uint64_t{index} << 32 | code;
-}
-template <int Dim>
-Periods<Dim> image_of(std::uint64_t key)
+    explicit Surroundings(std::pmr::memory_resource* memory)
+        : selected(memory),
+          run(memory),
+          sorted(memory),
+          spare(memory),
+          place(memory),
+          index(memory),
+          image(memory),
+          x(memory),
+          y(memory),
+          z(memory),
+          unsure(memory)
+    {
+    }
+
+    Buffer<std::uint32_t> selected, run; ///< places in the grid, in the order of runs, and which run
+    Buffer<std::uint64_t> sorted, spare; ///< index, and which of the selected
+    // Sorted by index, then by image:
+    Buffer<std::uint32_t> place, index, image;
+    Buffer<T> x, y, z;
+    Buffer<UnsureNeighbor> unsure;
+    std::size_t room = 0;
+
+    void reserve(std::size_t count)
+    {
+        room = std::max(room, count);
+        count = room + neighbor_padding;
+        selected.reserve(count), run.reserve(count), sorted.reserve(count), spare.reserve(count),
+            place.reserve(count);
+        index.reserve(count), image.reserve(count), x.reserve(count), y.reserve(count), z.reserve(count);
+        unsure.reserve(count);
+    }
+    T* axis(int d) { return (d == 0 ? x : d == 1 ? y : z).data(); }
+};
+
+/// What a block of rows has found, row after row.
+struct BlockFound
 {
-    Periods<Dim> image;
-    for (std::size_t k = detail::axes<Dim>; k-- > 0; key >>= image_bits)
-        image[k] =
-            static_cast<std::int32_t>(static_cast<std::int64_t>(key % (1u << image_bits)) - image_bias);
-    return image;
-}
+    explicit BlockFound(std::pmr::memory_resource* memory) : index(memory), image(memory) {}
+    Buffer<std::uint32_t> index, image;
+    std::size_t count = 0;
+};
 
 /// A list in memory of its own.
 template <int Dim, Coordinate T>
@@ -86,8 +140,10 @@ struct NeighborFinder<Dim, T>::Implementation
 
     struct Scratch
     {
-        explicit Scratch(std::pmr::memory_resource* memory) : runs(memory) {}
+        explicit Scratch(std::pmr::memory_resource* memory) : runs(memory), around(memory) {}
         std::pmr::vector<neighbors::ImageRun<Dim, T>> runs;
+        neighbors::Surroundings<T> around;
+        std::array<std::uint32_t, neighbors::rows_per_block> itself{}; ///< where each row is in `around`
     };
     struct Request
     {
@@ -100,6 +156,7 @@ struct NeighborFinder<Dim, T>::Implementation
 
     explicit Implementation(const FinderOptions& given)
         : options(given),
+          kernels(&neighbors::kernels_for<Dim, T>(checked(given.instruction_set))),
           grid_a((check_memory(given.memory), given.memory)),
           grid_b(given.memory),
           scratch(given.memory),
@@ -112,17 +169,17 @@ struct NeighborFinder<Dim, T>::Implementation
           kept_types(given.memory),
           kept_table(given.memory)
     {
-        (void)checked(given.instruction_set);
     }
 
     FinderOptions options;
+    const neighbors::NeighborKernels<Dim, T>* kernels;
     std::atomic<bool> in_use{false};
     neighbors::NeighborGrid<Dim, T> grid;
-    neighbors::GridPoints<Dim, T> grid_a, grid_b;             ///< one set has the first alone
-    std::pmr::vector<Scratch> scratch;                        ///< of each task
-    std::pmr::vector<std::pmr::vector<std::uint64_t>> blocks; ///< what each block of rows found
-    Buffer<std::uint64_t> counts;                             ///< of each row
-    std::size_t most_runs = 0;                                ///< what each Scratch has room for
+    neighbors::GridPoints<Dim, T> grid_a, grid_b; ///< one set has the first alone
+    std::pmr::vector<Scratch> scratch;            ///< of each task
+    std::pmr::vector<neighbors::BlockFound> blocks;
+    Buffer<std::uint64_t> counts; ///< of each row
+    std::size_t most_runs = 0;    ///< what each Scratch has room for
     neighbors::StoredNeighbors<Dim, T> result, kept;
     NeighborList<Dim, T> list;
 
@@ -147,9 +204,14 @@ struct NeighborFinder<Dim, T>::Implementation
         while (scratch.size() < plan.slots)
             scratch.emplace_back(options.memory);
         while (blocks.size() < plan.blocks)
-            blocks.emplace_back();
-        for (Scratch& each : scratch)
+            blocks.emplace_back(options.memory);
+        std::size_t most_around = 0; // so far: which task has the most is chance
+        for (const Scratch& each : scratch)
+            most_around = std::max(most_around, each.around.room);
+        for (Scratch& each : scratch) {
             each.runs.reserve(most_runs);
+            each.around.reserve(most_around);
+        }
         const auto run_block = [&](std::uint64_t begin, std::uint64_t end, Work work) {
             const ExactFloats exact; // on this thread
             body(scratch[work.slot], work.block, static_cast<std::size_t>(begin),
@@ -194,59 +256,128 @@ struct NeighborFinder<Dim, T>::Implementation
                 Vec<Dim, double> by{};
                 for (int d = 0; d < Dim; ++d)
                     by += grid.vectors[d] * static_cast<double>(image[static_cast<std::size_t>(d)]);
-                runs.push_back({begin, stop, Vec<Dim, T>(by), image});
+                runs.push_back({begin, stop, Vec<Dim, T>(by), neighbors::code_of<Dim>(image)});
             }
         };
         along(along, 0);
     }
 
-    /// Appends the keys of the neighbours of a's point `row`, sorted.
-    void find_row(const Request& request, const neighbors::GridPoint<Dim, T>& from, std::size_t row,
-                  const std::pmr::vector<neighbors::ImageRun<Dim, T>>& runs, neighbors::GridPoints<Dim, T>& b,
-                  std::pmr::vector<std::uint64_t>& out)
+    /// Rows are worked on in groups: those of a cell, or rows_per_block of them. A block has the groups that
+    /// begin in it. This is where the first group begins that does so at or behind row s.
+    std::size_t group_from(std::size_t s)
     {
-        constexpr std::size_t at_once = 64;
-        const T skin = static_cast<T>(request.options.skin);
-        const std::uint64_t itself = neighbors::neighbor_key<Dim>(from.index, {});
-        const std::size_t before = out.size();
-        const T* const axes[] = {b.x.data(), b.y.data(), b.z.data()};
-        T here[detail::axes<Dim>];
+        if (s >= grid_a.count) return grid_a.count;
+        const std::uint32_t cell = grid_a.cell[grid_a.index[s]];
+        const std::size_t begin = grid_a.starts[cell], end = grid_a.starts[cell + 1],
+                          before = s - begin + neighbors::rows_per_block - 1;
+        return std::min(end, s + neighbors::rows_per_block - 1 - before % neighbors::rows_per_block);
+    }
+
+    /// Puts together whom the rows from `begin` to `end` - 1, which are in this cell, may have as neighbours.
+    neighbors::NearbyColumns<T> surround(std::uint32_t cell, std::size_t begin, std::size_t end,
+                                         bool two_sets, bool with_images, neighbors::GridPoints<Dim, T>& b,
+                                         Scratch& own)
+    {
+        neighbors::Extent<Dim, T> box;
+        for (int d = 0; d < Dim; ++d) {
+            const auto [lo, hi] = std::minmax_element(grid_a.axis(d) + begin, grid_a.axis(d) + end);
+            box.lo[d] = *lo, box.hi[d] = *hi;
+        }
+        list_runs(cell, b, own.runs);
+        std::size_t most = 0;
+        for (const neighbors::ImageRun<Dim, T>& run : own.runs)
+            most += run.end - run.begin;
+        if (most > std::numeric_limits<std::uint32_t>::max() / 2) throw std::bad_alloc();
+        neighbors::Surroundings<T>& around = own.around;
+        around.reserve(most);
+        std::size_t count = 0;
+        const T* const axes[3] = {b.x.data(), b.y.data(), b.z.data()};
+        std::uint64_t* sorted = around.sorted.data();
+        for (const neighbors::ImageRun<Dim, T>& run : own.runs) {
+            const std::size_t before = count;
+            std::uint32_t* const selected = around.selected.data();
+            count += kernels->select(axes, run.begin, run.end, run.by, box, grid.near, selected + count);
+            std::fill(around.run.data() + before, around.run.data() + count,
+                      static_cast<std::uint32_t>(&run - own.runs.data()));
+            for (std::size_t k = before; k < count; ++k)
+                sorted[k] = std::uint64_t{b.index[selected[k]]} << 32 | k;
+        }
+        // Images of one point keep their order, which is that of their shifts.
+        const auto bits = static_cast<int>(std::bit_width(b.count - 1)), passes = (bits + 7) / 8;
+        sorted = radix_sort<8, 2>(
+            sorted, around.spare.data(), static_cast<std::uint32_t>(count), [](std::uint64_t v) { return v; },
+            ((std::uint64_t{1} << bits) - 1) << 32, (bits + passes - 1) / std::max(passes, 1));
+        const std::uint32_t here = neighbors::code_of<Dim>({});
+        for (std::size_t k = 0; k < count; ++k) {
+            const auto chosen = static_cast<std::uint32_t>(sorted[k]);
+            const std::uint32_t place = around.selected[chosen];
+            const neighbors::ImageRun<Dim, T>& run = own.runs[around.run[chosen]];
+            around.index[k] = static_cast<std::uint32_t>(sorted[k] >> 32);
+            around.place[k] = place;
+            for (int d = 0; d < Dim; ++d)
+                around.axis(d)[k] = axes[d][place] + run.by[d];
+            around.image[k] = run.code;
+            if (!two_sets && place - begin < end - begin && run.code == here)
+                own.itself[place - begin] = static_cast<std::uint32_t>(k);
+        }
+        for (int d = 0; d < Dim; ++d)
+            std::fill_n(around.axis(d) + count, neighbors::neighbor_padding,
+                        std::numeric_limits<T>::quiet_NaN());
+        return {{around.x.data(), around.y.data(), around.z.data()},
+                around.index.data(),
+                with_images ? around.image.data() : nullptr,
+                count};
+    }
+
+    /// Adds the neighbours of a's point `row` to what its block has found.
+    void find_row(const Request& request, std::size_t row, std::uint32_t itself,
+                  const neighbors::NearbyColumns<T>& columns, neighbors::GridPoints<Dim, T>& b, Scratch& own,
+                  neighbors::BlockFound& block)
+    {
+        const std::size_t room = block.count + columns.count + neighbors::neighbor_padding;
+        neighbors::RowFound found{block.index.grow(room, block.count) + block.count, nullptr,
+                                  own.around.unsure.data(), 0, 0};
+        if (columns.image != nullptr) found.image = block.image.grow(room, block.count) + block.count;
+        Vec<Dim, T> here;
         for (int d = 0; d < Dim; ++d)
             here[d] = grid_a.axis(d)[row];
-        for (const neighbors::ImageRun<Dim, T>& run : runs) {
-            T to[detail::axes<Dim>];
-            for (int d = 0; d < Dim; ++d)
-                to[d] = here[d] - run.by[d];
-            for (std::size_t begin = run.begin; begin < run.end; begin += at_once) {
-                const std::size_t size = std::min(at_once, run.end - begin);
-                T squares[at_once];
-                std::uint32_t hits[at_once];
-                for (std::size_t k = 0; k < size; ++k) {
-                    T square = 0;
-                    for (int d = 0; d < Dim; ++d) {
-                        const T apart = axes[d][begin + k] - to[d];
-                        square += apart * apart;
-                    }
-                    squares[k] = square;
-                }
-                std::size_t count = 0;
-                for (std::size_t k = 0; k < size; ++k) {
-                    hits[count] = static_cast<std::uint32_t>(k);
-                    count += squares[k] <= grid.near;
-                }
-                for (std::size_t k = 0; k < count; ++k) {
-                    const neighbors::GridPoint<Dim, T>& other = b.points[begin + hits[k]];
-                    const std::uint64_t key = neighbors::neighbor_key<Dim>(other.index, run.image);
-                    if (!request.two_sets && (request.options.half ? key <= itself : key == itself)) continue;
-                    const T cutoff = request.rule(from.radius, from.type, other.radius, other.type);
-                    const T most = cutoff + skin;
-                    const Vec<Dim, T> apart = neighbors::vector_between(
-                        from.at, other.at, shift_of(run.image, from.wrapped, other.wrapped), request.cell);
-                    if (cutoff > 0 && dot(apart, apart) <= most * most) out.push_back(key);
-                }
-            }
+        const T sure = request.rule.types == 0 && !request.rule.sums ? grid.sure : T(-1);
+        if (request.two_sets) {
+            kernels->find_row(columns, 0, here, sure, grid.near, found);
+        } else if (request.options.half) {
+            kernels->find_row(columns, itself + 1, here, sure, grid.near, found);
+        } else { // for a moment the point itself is near nobody
+            T& x = columns.at[0][itself];
+            const T before = std::exchange(x, std::numeric_limits<T>::quiet_NaN());
+            kernels->find_row(columns, 0, here, sure, grid.near, found);
+            x = before;
         }
-        std::sort(out.begin() + static_cast<std::ptrdiff_t>(before), out.end());
+        // Whom the definition rejects, those behind close up to.
+        const neighbors::GridPoint<Dim, T>& from = grid_a.points[row];
+        const T skin = static_cast<T>(request.options.skin);
+        std::size_t to = 0, next = 0;
+        const auto keep_until = [&](std::size_t end) {
+            if (to != next) {
+                std::copy(found.index + next, found.index + end, found.index + to);
+                if (found.image != nullptr)
+                    std::copy(found.image + next, found.image + end, found.image + to);
+            }
+            to += end - next;
+        };
+        for (std::size_t k = 0; k < found.unsure_count; ++k) {
+            const neighbors::UnsureNeighbor& each = found.unsure[k];
+            const neighbors::GridPoint<Dim, T>& other = b.points[own.around.place[each.nearby]];
+            const T cutoff = request.rule(from.radius, from.type, other.radius, other.type);
+            const T most = cutoff + skin;
+            const auto image = neighbors::image_of<Dim>(own.around.image[each.nearby]);
+            const Vec<Dim, T> apart = neighbors::vector_between(
+                from.at, other.at, shift_of(image, from.wrapped, other.wrapped), request.cell);
+            if (cutoff > 0 && dot(apart, apart) <= most * most) continue;
+            keep_until(each.found);
+            next = each.found + 1;
+        }
+        keep_until(found.count);
+        block.count += to;
     }
     static neighbors::Periods<Dim> shift_of(neighbors::Periods<Dim> image,
                                             const neighbors::Periods<Dim>& from,
@@ -257,39 +388,42 @@ struct NeighborFinder<Dim, T>::Implementation
         return image;
     }
 
-    /// Writes what blocks have found: row_of(s) is the row of their s-th, and decode(row, found) the
-    /// neighbour and its shift.
-    template <class RowOf, class Decode>
+    /// Writes what blocks have found, in the order of the grid or of the rows. write(block, at, row, first,
+    /// count) writes neighbours and shifts: those of this row, which begin at `at` of the block's.
+    template <class Write>
     void store(const Request& request, const NeighborOptions& what, neighbors::StoredNeighbors<Dim, T>& into,
-               const RowOf& row_of, const Decode& decode)
+               bool in_grid, const Write& write)
     {
         const std::size_t n = request.a.points.size();
         std::uint64_t* const offsets = into.offsets.reserve(n + 1);
-        std::uint64_t total = 0;
-        for (std::size_t i = 0; i < n; ++i) {
-            offsets[i] = total;
-            total += counts[i];
-        }
-        offsets[n] = total;
-        into.neighbors.reserve(total), into.shifts.reserve(total);
+        offsets[n] = exclusive_sum(std::copy_n(counts.data(), n, offsets) - n, n);
+        const std::uint64_t total = offsets[n];
+        into.neighbors.reserve(total);
+        if (needs_shifts(what)) into.shifts.reserve(total);
         if (what.vectors) into.vectors.reserve(total);
         if (what.distances) into.distances.reserve(total);
         each_block(n, [&](Scratch&, std::size_t block, std::size_t begin, std::size_t end) {
-            const std::uint64_t* found = blocks[block].data();
+            std::size_t at = 0;
+            if (in_grid) begin = group_from(begin), end = group_from(end);
             for (std::size_t s = begin; s < end; ++s) {
-                const std::size_t row = row_of(s);
-                for (std::uint64_t k = offsets[row]; k < offsets[row + 1]; ++k) {
-                    const auto [neighbor, shift] = decode(row, *found++);
-                    into.neighbors[k] = neighbor;
-                    into.shifts[k] = shift;
-                    if (!what.vectors && !what.distances) continue;
-                    const Vec<Dim, T> apart = neighbors::vector_between(
-                        request.a.points[row], request.b.points[neighbor], shift, request.cell);
+                const std::size_t row = in_grid ? grid_a.index[s] : s, first = offsets[row],
+                                  count = offsets[row + 1] - first;
+                write(blocks[block], at, row, first, count);
+                at += count;
+                if (!what.vectors && !what.distances) continue;
+                for (std::size_t k = first; k < first + count; ++k) {
+                    const Vec<Dim, T> apart =
+                        neighbors::vector_between(request.a.points[row], request.b.points[into.neighbors[k]],
+                                                  into.shifts[k], request.cell);
                     if (what.vectors) into.vectors[k] = apart;
                     if (what.distances) into.distances[k] = length(apart);
                 }
             }
         });
+    }
+    static bool needs_shifts(const NeighborOptions& what)
+    {
+        return what.shifts || what.vectors || what.distances;
     }
 
     void search(const Request& request, const NeighborOptions& what, neighbors::StoredNeighbors<Dim, T>& into)
@@ -299,44 +433,51 @@ struct NeighborFinder<Dim, T>::Implementation
         if (n == 0 || request.b.points.empty()) {
             std::fill_n(counts.data(), n, std::uint64_t{0});
             return store(
-                request, what, into, [](std::size_t s) { return s; },
-                [](std::size_t, std::uint64_t) { return Neighbor{}; });
+                request, what, into, false,
+                [](const neighbors::BlockFound&, std::size_t, std::size_t, std::size_t, std::size_t) {});
         }
         neighbors::GridPoints<Dim, T>& b = request.two_sets ? grid_b : grid_a;
         grid_a.fill(request.a, grid);
         if (request.two_sets) grid_b.fill(request.b, grid);
         double runs = 1; // at most, unless they are very many: which task has the most is chance
-        for (int k = 0; k < Dim; ++k)
+        bool any_repeats = false;
+        for (int k = 0; k < Dim; ++k) {
+            any_repeats |= grid.repeats[k];
             runs *= 2 * static_cast<double>(grid.reach[k]) /
                         static_cast<double>(k < Dim - 1 ? 1 : grid.cells[k]) +
                     2;
+        }
         most_runs = static_cast<std::size_t>(std::min(runs, 4096.0));
+        const bool shifts = needs_shifts(what), with_images = shifts && any_repeats;
         each_block(n, [&](Scratch& own, std::size_t block, std::size_t begin, std::size_t end) {
-            auto& found = blocks[block];
-            found.clear();
-            std::uint64_t cell = ~std::uint64_t{0};
-            for (std::size_t s = begin; s < end; ++s) {
-                const neighbors::GridPoint<Dim, T>& from = grid_a.points[s];
-                if (grid_a.cell[from.index] != cell) list_runs(grid_a.cell[from.index], b, own.runs);
-                cell = grid_a.cell[from.index];
-                const std::size_t before = found.size();
-                find_row(request, from, s, own.runs, b, found);
-                counts[from.index] = found.size() - before;
+            neighbors::BlockFound& found = blocks[block];
+            found.count = 0;
+            end = group_from(end);
+            for (std::size_t s = group_from(begin); s < end;) {
+                const std::uint32_t cell = grid_a.cell[grid_a.index[s]];
+                const std::size_t first = s, last = group_from(s + 1);
+                const auto columns = surround(cell, first, last, request.two_sets, with_images, b, own);
+                for (; s < last; ++s) {
+                    const std::size_t before = found.count;
+                    find_row(request, s, own.itself[s - first], columns, b, own, found);
+                    counts[grid_a.index[s]] = found.count - before;
+                }
             }
         });
-        store(
-            request, what, into, [&](std::size_t s) { return grid_a.points[s].index; },
-            [&](std::size_t row, std::uint64_t key) {
-                const auto neighbor = static_cast<std::uint32_t>(key >> 32);
-                return Neighbor{neighbor, shift_of(neighbors::image_of<Dim>(key), grid_a.periods[row],
-                                                   b.periods[neighbor])};
-            });
+        const bool any_wrapped = grid_a.any_wrapped || b.any_wrapped;
+        store(request, what, into, true,
+              [&](neighbors::BlockFound& found, std::size_t at, std::size_t row, std::size_t first,
+                  std::size_t count) {
+                  std::copy_n(found.index.data() + at, count, into.neighbors.data() + first);
+                  if (!shifts) return;
+                  neighbors::Periods<Dim>* const to = into.shifts.data() + first;
+                  for (std::size_t k = 0; k < count; ++k)
+                      to[k] = with_images ? neighbors::image_of<Dim>(found.image[at + k])
+                                          : neighbors::Periods<Dim>{};
+                  for (std::size_t k = 0; any_wrapped && k < count; ++k)
+                      to[k] = shift_of(to[k], grid_a.periods[row], b.periods[into.neighbors[first + k]]);
+              });
     }
-    struct Neighbor
-    {
-        std::uint32_t index;
-        neighbors::Periods<Dim> shift;
-    };
 
     /// Chooses from what is kept.
     void choose(const Request& request)
@@ -348,24 +489,32 @@ struct NeighborFinder<Dim, T>::Implementation
             return values.empty() ? Value{} : values[i];
         };
         each_block(n, [&](Scratch&, std::size_t block, std::size_t begin, std::size_t end) {
-            auto& found = blocks[block];
-            found.clear();
+            neighbors::BlockFound& found = blocks[block];
+            found.count = 0;
+            found.index.reserve(kept.offsets[end] - kept.offsets[begin]);
             for (std::size_t i = begin; i < end; ++i) {
-                const std::size_t before = found.size();
+                const std::size_t before = found.count;
                 for (std::uint64_t k = kept.offsets[i]; k < kept.offsets[i + 1]; ++k) {
                     const std::uint32_t j = kept.neighbors[k];
                     const Vec<Dim, T> apart = neighbors::vector_between(
                         request.a.points[i], request.b.points[j], kept.shifts[k], request.cell);
                     const T cutoff = request.rule(of(request.a.radii, i), of(request.a.types, i),
                                                   of(request.b.radii, j), of(request.b.types, j));
-                    if (dot(apart, apart) <= cutoff * cutoff) found.push_back(k);
+                    found.index[found.count] = static_cast<std::uint32_t>(k - kept.offsets[i]);
+                    found.count += dot(apart, apart) <= cutoff * cutoff;
                 }
-                counts[i] = found.size() - before;
+                counts[i] = found.count - before;
             }
         });
-        store(
-            request, request.options, result, [](std::size_t i) { return i; },
-            [&](std::size_t, std::uint64_t k) { return Neighbor{kept.neighbors[k], kept.shifts[k]}; });
+        store(request, request.options, result, false,
+              [&](neighbors::BlockFound& found, std::size_t at, std::size_t row, std::size_t first,
+                  std::size_t count) {
+                  for (std::size_t k = 0; k < count; ++k) {
+                      const std::uint64_t from = kept.offsets[row] + found.index[at + k];
+                      result.neighbors[first + k] = kept.neighbors[from];
+                      if (needs_shifts(request.options)) result.shifts[first + k] = kept.shifts[from];
+                  }
+              });
     }
 
     /// Calls look(kept, given) with all that a kept list depends on, until it says false.
@@ -460,7 +609,7 @@ struct NeighborFinder<Dim, T>::Implementation
         const std::size_t n = a.points.size(), total = result.offsets[n];
         list.offsets = {result.offsets.data(), n + 1};
         list.neighbors = {result.neighbors.data(), total};
-        list.shifts = {result.shifts.data(), total};
+        if (what.shifts) list.shifts = {result.shifts.data(), total};
         if (what.vectors) list.vectors = {result.vectors.data(), total};
         if (what.distances) list.distances = {result.distances.data(), total};
         list.searched = !holds;
@@ -470,8 +619,9 @@ struct NeighborFinder<Dim, T>::Implementation
     void release()
     {
         grid_a.release(), grid_b.release(), counts.release(), result.release(), kept.release();
-        const auto empty = [this](auto& vector) {
-            vector = std::remove_reference_t<decltype(vector)>(options.memory);
+        const auto empty = [](auto& vector) {
+            vector.clear();
+            vector.shrink_to_fit();
         };
         empty(scratch), empty(blocks), empty(kept_points), empty(kept_radii), empty(kept_types),
             empty(kept_table);

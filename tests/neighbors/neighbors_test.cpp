@@ -306,6 +306,21 @@ System<Dim, T> random_system(Random& random, double steps)
     }
 }
 
+template <int Dim, class T>
+std::vector<NeighborFinder<Dim, T>> one_of_each_set()
+{
+    std::vector<NeighborFinder<Dim, T>> finders;
+    for (const jostle::InstructionSet set : jostle::supported_instruction_sets())
+        finders.emplace_back(jostle::FinderOptions{.instruction_set = set});
+    return finders;
+}
+
+template <int Dim, class T>
+std::vector<std::uint32_t> neighbors_of(const NeighborList<Dim, T>& list)
+{
+    return {list.neighbors.begin(), list.neighbors.end()};
+}
+
 TEST(Neighbors, AreWhatTheDefinitionSays)
 {
     const auto rounds = contract::environment_number("JOSTLE_NEIGHBOR_ROUNDS", 300);
@@ -313,14 +328,19 @@ TEST(Neighbors, AreWhatTheDefinitionSays)
         constexpr int Dim = decltype(kind)::dim;
         using T = typename decltype(kind)::Number;
         Random random(contract::environment_number("JOSTLE_NEIGHBOR_SEED", 1));
-        NeighborFinder<Dim, T> finder;
+        auto finders = one_of_each_set<Dim, T>();
         std::size_t found = 0, shifted = 0, itself = 0;
         for (std::uint64_t round = 0; round < rounds; ++round) {
+            NeighborFinder<Dim, T>& finder = finders[round % finders.size()];
             const auto system = random_system<Dim, T>(random, 3000);
             const bool half = !system.two_sets && random.one_in(2);
             const auto expected = by_definition(system, half);
             const auto rows = rows_of(system.find(finder, {.half = half}));
             ASSERT_EQ(rows, expected) << contract::kind_name<Dim, T>() << " round " << round;
+            const std::vector<std::uint32_t> neighbors = neighbors_of(system.find(finder, {.half = half}));
+            const auto& bare = system.find(finder, {.half = half, .shifts = false});
+            ASSERT_EQ(neighbors_of(bare), neighbors) << "without shifts";
+            ASSERT_TRUE(bare.shifts.empty());
             for (std::size_t i = 0; i < rows.size(); ++i)
                 for (const auto& [j, shift] : rows[i]) {
                     ++found;
@@ -420,8 +440,11 @@ TEST(Neighbors, AreTheSameOnAnyThreads)
         Random random(2);
         const auto system = large_system<Dim, T>(random, 520);
         const auto expected = by_definition(system, false);
+        const auto sets = jostle::supported_instruction_sets();
+        std::size_t turn = 0;
         for (const contract::NamedExecutor& each : contract::all_executors()) {
-            NeighborFinder<Dim, T> finder({.executor = each.executor.get()});
+            const jostle::InstructionSet set = sets[turn++ % sets.size()];
+            NeighborFinder<Dim, T> finder({.executor = each.executor.get(), .instruction_set = set});
             const auto& list = system.find(finder, {.vectors = true, .distances = true});
             ASSERT_EQ(rows_of(list), expected) << each.name;
             ASSERT_EQ(list.vectors.size(), list.neighbors.size());
@@ -570,6 +593,7 @@ TEST(Neighbors, ASteadyCallAllocatesNothingAndAFailedOneLeavesAnEmptyList)
         }
         memory.failing_allocation = contract::CountingMemory::never;
         system.find(finder, options);
+        finder.find(system.a, system.cutoff, system.cell);
         const auto before = memory.allocations;
         EXPECT_EQ(rows_of(system.find(finder, options)), expected);
         finder.find(system.a, system.cutoff, system.cell); // without a skin

@@ -25,7 +25,7 @@ ALLOWED = {
     "simd": ["jostle"],
     "process": ["base", "jostle"],
     "engine": ["base", "simd", "jostle"],
-    "pairs": ["engine", "base", "jostle"],
+    "pairs": ["engine", "base", "simd", "jostle"],
     "index": ["base", "simd", "jostle"],
     "world": ["pairs", "index", "base", "jostle"],
     "narrow": ["base", "simd", "jostle"],

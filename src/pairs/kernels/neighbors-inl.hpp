@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+// Distances of many points at once, and the numbers of those that are near, side by side, without a branch
+// that depends on them. No include guard: neighbors.cpp includes it once per set.
+
+/// Points are looked at as many at once as a register holds of their numbers in 32 bits: one vector of
+/// coordinates, or two where these have 64 bits.
+using NeighborNumbers = Vec<std::uint32_t>;
+template <class T>
+inline constexpr std::uint32_t vectors_at_once = NeighborNumbers::size / Vec<T>::size;
+static_assert(NeighborNumbers::size <= neighbor_padding);
+
+template <int Dim, class T>
+HWY_ATTR std::size_t select(const T* const (&axes)[3], std::size_t begin, std::size_t end,
+                            const jostle::Vec<Dim, T>& by, const Extent<Dim, T>& box, T near,
+                            std::uint32_t* selected)
+{
+    const Vec<T> zero = Vec<T>(T(0)), most = Vec<T>(near);
+    std::size_t count = 0;
+    for (std::size_t k = begin; k < end; k += NeighborNumbers::size) {
+        unsigned close = 0;
+        for (std::uint32_t part = 0; part < vectors_at_once<T>; ++part) {
+            Vec<T> square = zero;
+            for (int d = 0; d < Dim; ++d) {
+                const Vec<T> at = Vec<T>::loadu(axes[d] + k + part * Vec<T>::size) + Vec<T>(by[d]);
+                const Vec<T> below = Vec<T>(box.lo[d]) - at, above = at - Vec<T>(box.hi[d]);
+                const Vec<T> gap = max(max(below, above), zero);
+                square = d == 0 ? gap * gap : square + gap * gap;
+            }
+            close |= mask_bits(square <= most) << (part * Vec<T>::size);
+        }
+        if (end - k < NeighborNumbers::size) close &= (1u << (end - k)) - 1;
+        const NeighborNumbers numbers =
+            NeighborNumbers(static_cast<std::uint32_t>(k)) + NeighborNumbers::lane_numbers();
+        compress(numbers, close).storeu(selected + count);
+        count += static_cast<std::size_t>(std::popcount(close));
+    }
+    return count;
+}
+
+template <bool with_images, int Dim, class T>
+HWY_ATTR void find_in_columns(const NearbyColumns<T>& columns, std::size_t first,
+                              const jostle::Vec<Dim, T>& here, T sure, T near, RowFound& row)
+{
+    const Vec<T> most = Vec<T>(near), surely = Vec<T>(sure);
+    std::size_t count = 0;
+    for (std::size_t k = first; k < columns.count; k += NeighborNumbers::size) {
+        unsigned close = 0, decided = 0;
+        for (std::uint32_t part = 0; part < vectors_at_once<T>; ++part) {
+            Vec<T> square;
+            for (int d = 0; d < Dim; ++d) {
+                const Vec<T> apart = Vec<T>::loadu(columns.at[d] + k + part * Vec<T>::size) - Vec<T>(here[d]);
+                square = d == 0 ? apart * apart : square + apart * apart;
+            }
+            close |= mask_bits(square <= most) << (part * Vec<T>::size);
+            decided |= mask_bits(square <= surely) << (part * Vec<T>::size);
+        }
+        compress(NeighborNumbers::loadu(columns.index + k), close).storeu(row.index + count);
+        if constexpr (with_images)
+            compress(NeighborNumbers::loadu(columns.image + k), close).storeu(row.image + count);
+        for (unsigned unsure = close & ~decided; __builtin_expect(unsure != 0, 0); unsure &= unsure - 1) {
+            const auto before = static_cast<unsigned>(std::popcount(close & ((unsure & (~unsure + 1)) - 1)));
+            row.unsure[row.unsure_count++] = {static_cast<std::uint32_t>(count) + before,
+                                              static_cast<std::uint32_t>(k) +
+                                                  static_cast<unsigned>(std::countr_zero(unsure))};
+        }
+        count += static_cast<std::size_t>(std::popcount(close));
+    }
+    row.count = count;
+}
+
+template <int Dim, class T>
+HWY_ATTR void find_row(const NearbyColumns<T>& columns, std::size_t first, const jostle::Vec<Dim, T>& here,
+                       T sure, T near, RowFound& row)
+{
+    row.unsure_count = 0;
+    if (columns.image != nullptr)
+        find_in_columns<true, Dim, T>(columns, first, here, sure, near, row);
+    else
+        find_in_columns<false, Dim, T>(columns, first, here, sure, near, row);
+}

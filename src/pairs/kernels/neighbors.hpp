@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+// The hot loops of neighbour lists.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "jostle/find_pairs.hpp"
+#include "jostle/vec.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace neighbors {
+
+/// As many numbers are read and written beyond the end of columns and of what is found.
+inline constexpr std::size_t neighbor_padding = 16;
+
+/// A box of wrapped points.
+template <int Dim, class T>
+struct Extent
+{
+    Vec<Dim, T> lo, hi;
+};
+
+/// Points that some rows may have as neighbours, in the order in which rows list them.
+template <class T>
+struct NearbyColumns
+{
+    T* at[3];             ///< by axis; as many as the padding are NaN behind the last, and so are near nobody
+    std::uint32_t* index; ///< of the point
+    std::uint32_t* image; ///< which image of it; null where nobody wants to know
+    std::size_t count;
+};
+
+/// A neighbour that the test of wrapped points can't tell.
+struct UnsureNeighbor
+{
+    std::uint32_t found;  ///< which of what the row found
+    std::uint32_t nearby; ///< its place in the columns
+};
+
+/// What a row found.
+struct RowFound
+{
+    std::uint32_t* index;
+    std::uint32_t* image; ///< not written if the columns have none
+    UnsureNeighbor* unsure;
+    std::size_t count, unsure_count;
+};
+
+/// All instruction sets leave the same bytes.
+template <int Dim, class T>
+struct NeighborKernels
+{
+    /// Writes which of the points from `begin` to `end` - 1, all moved by `by`, are so near to the box that
+    /// the square of the distance is at most `near`. Returns how many. A point that select_row finds near to
+    /// one in the box is among them: the same operations, and each of them is monotonic.
+    std::size_t (*select)(const T* const (&axes)[3], std::size_t begin, std::size_t end,
+                          const Vec<Dim, T>& by, const Extent<Dim, T>& box, T near, std::uint32_t* selected);
+    /// Writes which points of the columns, from `first` on, are so near that the square of the distance is at
+    /// most `near`; where it is above `sure`, they are listed as unsure as well.
+    void (*find_row)(const NearbyColumns<T>& columns, std::size_t first, const Vec<Dim, T>& here, T sure,
+                     T near, RowFound& row);
+};
+
+/// For one of supported_instruction_sets().
+template <int Dim, class T>
+const NeighborKernels<Dim, T>& kernels_for(InstructionSet set) noexcept;
+
+} // namespace neighbors
+JOSTLE_NAMESPACE_END
