@@ -404,6 +404,7 @@ Examples:
   jostle bench contacts                           where shapes touch, pair by pair
   jostle bench distances                          how far shapes are apart, and when they meet
   jostle bench plane                              distances and contacts of shapes in 2D
+  jostle bench neighbors                          neighbour lists of atoms
   jostle bench responses                          work on pairs shared out, and what it does added up
   jostle bench scenes                             many small scenes in one call
   jostle bench programs                           a game server, grains and a planner, part by part)";
@@ -435,6 +436,7 @@ void add_bench_command(const Command& app)
     add_bench_contacts_command(command);
     add_bench_distances_command(command);
     add_bench_plane_command(command);
+    add_bench_neighbors_command(command);
     add_bench_responses_command(command);
     add_bench_scenes_command(command);
     add_bench_programs_command(command);

@@ -36,5 +36,6 @@ void add_bench_scenes_command(const Command& bench);    // jostle bench scenes
 void add_bench_contacts_command(const Command& bench);  // jostle bench contacts
 void add_bench_distances_command(const Command& bench); // jostle bench distances
 void add_bench_plane_command(const Command& bench);     // jostle bench plane
+void add_bench_neighbors_command(const Command& bench); // jostle bench neighbors
 
 } // namespace jostle_tool

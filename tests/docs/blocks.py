@@ -157,7 +157,7 @@ def check_shell(block):
             continue
         subcommand = [] if words[1].startswith("-") else [words[1]]
         if subcommand == ["bench"] and len(words) > 2 and words[2] in ("world", "questions", "contacts", "distances",
-                                                                       "plane", "responses", "scenes", "programs"):
+                                                                       "plane", "neighbors", "responses", "scenes", "programs"):
             subcommand.append(words[2])
         told = subprocess.run([tool, *subcommand, "--help"], capture_output=True, text=True, check=False)
         if told.returncode:

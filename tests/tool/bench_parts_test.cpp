@@ -103,6 +103,20 @@ TEST_F(ToolTest, BenchPlaneAsksFiveQuestionsOfEachPair)
     }
 }
 
+TEST_F(ToolTest, BenchNeighborsFindsAsManyAsPlainCells)
+{
+    const Result result =
+        run({"bench", "neighbors", "-n", "4000", "--threads", "1,2", "--repetitions", "1", "--json", "-"});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    std::map<std::string, std::set<std::uint64_t>> found;
+    for (const auto& row : nlohmann::json::parse(result.out))
+        if (row["system"] == "jostle") found[row["scene"]].insert(std::uint64_t(row["neighbors"]));
+    EXPECT_EQ(found.size(), 7u);
+    for (const auto& [name, counts] : found)
+        EXPECT_EQ(counts.size(), 1u) << name;
+    EXPECT_GT(*found["open-6"].begin(), 200'000u);
+}
+
 TEST_F(ToolTest, BenchQuestionsAnswersTheSameOnAnyThreads)
 {
     const Result result =
@@ -246,8 +260,8 @@ TEST_F(ToolTest, BenchPartsNameWhatTheyDontKnow)
 
 TEST_F(ToolTest, BenchPartsRefuseWhatStandsBeforeThem)
 {
-    for (const std::string part :
-         {"world", "questions", "contacts", "distances", "plane", "responses", "scenes", "programs"})
+    for (const std::string part : {"world", "questions", "contacts", "distances", "plane", "neighbors",
+                                   "responses", "scenes", "programs"})
         for (const std::vector<std::string>& before : {std::vector<std::string>{"-n", "100"},
                                                        {"uniform"},
                                                        {"--threads", "1"},
