@@ -195,19 +195,20 @@ enum
 // Handles, and what passes by value
 // ---------------------------------------------------------------------------------------------------------
 
-typedef struct jostle_executor jostle_executor;             ///< where work runs
-typedef struct jostle_results jostle_results;               ///< what a call found, owned by the caller
-typedef struct jostle_finder jostle_finder;                 ///< jostle::PairFinder
-typedef struct jostle_images jostle_images;                 ///< jostle::PeriodicImages
-typedef struct jostle_index jostle_index;                   ///< jostle::BoxIndex
-typedef struct jostle_world jostle_world;                   ///< jostle::World
-typedef struct jostle_pair_slots jostle_pair_slots;         ///< jostle::PairSlots
-typedef struct jostle_shape jostle_shape;                   ///< jostle::Shape, with what it points to
-typedef struct jostle_shapes jostle_shapes;                 ///< one shape per object
-typedef struct jostle_contact_finder jostle_contact_finder; ///< jostle::ContactFinder
-typedef struct jostle_closed_mesh jostle_closed_mesh;       ///< jostle::ClosedMesh
-typedef struct jostle_responses jostle_responses;           ///< jostle::Responses
-typedef struct jostle_recorder jostle_recorder;             ///< jostle::Recorder
+typedef struct jostle_executor jostle_executor;               ///< where work runs
+typedef struct jostle_results jostle_results;                 ///< what a call found, owned by the caller
+typedef struct jostle_finder jostle_finder;                   ///< jostle::PairFinder
+typedef struct jostle_images jostle_images;                   ///< jostle::PeriodicImages
+typedef struct jostle_neighbor_finder jostle_neighbor_finder; ///< jostle::NeighborFinder
+typedef struct jostle_index jostle_index;                     ///< jostle::BoxIndex
+typedef struct jostle_world jostle_world;                     ///< jostle::World
+typedef struct jostle_pair_slots jostle_pair_slots;           ///< jostle::PairSlots
+typedef struct jostle_shape jostle_shape;                     ///< jostle::Shape, with what it points to
+typedef struct jostle_shapes jostle_shapes;                   ///< one shape per object
+typedef struct jostle_contact_finder jostle_contact_finder;   ///< jostle::ContactFinder
+typedef struct jostle_closed_mesh jostle_closed_mesh;         ///< jostle::ClosedMesh
+typedef struct jostle_responses jostle_responses;             ///< jostle::Responses
+typedef struct jostle_recorder jostle_recorder;               ///< jostle::Recorder
 
 /// Names an object of a world: the index in the low 32 bits, the generation in the high ones. 0 names
 /// nothing.
@@ -545,6 +546,63 @@ JOSTLE_C_API jostle_status jostle_images_view_read(const jostle_images* images, 
 /// What it points to must outlive the search. `out` is valid until the next build or filter.
 JOSTLE_C_API jostle_status jostle_images_filter(jostle_images* images, const jostle_filter* originals,
                                                 jostle_filter* out, jostle_error* error);
+
+// ---------------------------------------------------------------------------------------------------------
+// Neighbour lists: neighbors.hpp
+// ---------------------------------------------------------------------------------------------------------
+
+/// What a search for neighbours is given. Numbers are those of the finder's space, side by side; of cutoff,
+/// radii and table exactly one is given.
+typedef struct jostle_neighbor_query
+{
+    uint64_t struct_size;
+    const void* points; ///< dim numbers each
+    uint64_t count;
+    const void* others; ///< a second set; NULL: neighbours are among the points
+    uint64_t other_count;
+    const uint64_t* offsets; ///< many systems: where the points of each begin, and the end; NULL: one system
+    uint64_t system_count;   ///< one less than offsets
+    double cutoff;           ///< for all pairs; rounded to the space's numbers
+    const void* radii;       ///< one for each point, of the second set as well: a pair's cutoff is their sum
+    const void* radii_b;
+    const uint32_t* types; ///< one for each point, below type_count
+    const uint32_t* types_b;
+    const void* table; ///< of type_count * type_count cutoffs
+    uint64_t type_count;
+    const void* cells;                  ///< dim vectors of dim numbers each
+    const int32_t* repeats;             ///< dim for each cell: 1 where space repeats itself along the vector
+    uint64_t cell_count;                ///< 0: open space; 1; of many systems also one for each
+    int32_t half;                       ///< 1: each pair once; not for two sets
+    int32_t shifts, vectors, distances; ///< 1 for each that the list is to have
+    double skin; ///< 0, or by how much further is looked and kept: NeighborOptions::skin
+} jostle_neighbor_query;
+
+/// The neighbours of point i are neighbors[k], for k from offsets[i] to offsets[i + 1] - 1, ascending. Valid
+/// until the finder's next call.
+typedef struct jostle_neighbor_list
+{
+    const uint64_t* offsets; ///< one more than points
+    const uint32_t* neighbors;
+    uint64_t count;
+    const int32_t* shifts; ///< of the neighbour, in periods: dim numbers; NULL where not wanted
+    const void* vectors;   ///< to the neighbour's image: dim numbers of the space; NULL where not wanted
+    const void* distances; ///< NULL where not wanted
+    int32_t searched;      ///< 0 if a list that a skin had kept was enough
+} jostle_neighbor_list;
+
+/// `options` may be NULL.
+JOSTLE_C_API jostle_status jostle_neighbor_finder_new(jostle_space space, const jostle_options* options,
+                                                      jostle_neighbor_finder** out, jostle_error* error);
+JOSTLE_C_API jostle_status jostle_neighbor_finder_free(jostle_neighbor_finder* finder, jostle_error* error);
+/// For each point all points within a cutoff, with their images where space repeats itself; of many systems,
+/// within each. What exactly, where points may lie, and what is an error, says NeighborFinder in
+/// neighbors.hpp.
+JOSTLE_C_API jostle_status jostle_neighbor_finder_find(jostle_neighbor_finder* finder,
+                                                       const jostle_neighbor_query* query,
+                                                       jostle_neighbor_list* list, jostle_error* error);
+/// Gives working memory back, the list and what a skin keeps included.
+JOSTLE_C_API jostle_status jostle_neighbor_finder_release_memory(jostle_neighbor_finder* finder,
+                                                                 jostle_error* error);
 
 // ---------------------------------------------------------------------------------------------------------
 // Boxes that stay, and queries about them: box_index.hpp

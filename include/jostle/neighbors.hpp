@@ -134,6 +134,15 @@ class JOSTLE_API NeighborFinder
     template <class... Arguments>
     void find(Arguments&&... result_would_be_gone) && = delete;
 
+    /// Returns the neighbours within each of many independent systems, such as a batch of molecules: system k
+    /// has the points from offsets[k] to offsets[k + 1] - 1, with a cell for each, one for all, or none. All
+    /// points are numbered in a row, in the list as well. Radii and types are those of all points. A system's
+    /// rows are those that it has alone. A skin is an error; an error of a system names it.
+    const NeighborList<Dim, T>& find_systems(Points points, std::span<const std::uint64_t> offsets,
+                                             const NeighborCutoff<T>& cutoff,
+                                             std::span<const Cell> cells = {},
+                                             const NeighborOptions& options = {});
+
     /// Gives working memory back, the list and what a skin keeps included.
     void release_memory() noexcept;
 

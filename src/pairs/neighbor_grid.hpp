@@ -159,12 +159,24 @@ CutoffRule<T> check_cutoffs(const PointSet<Dim, T>& a, const PointSet<Dim, T>& b
     return rule;
 }
 
+template <class T>
+void refuse_second_set(const NeighborCutoff<T>& cutoff)
+{
+    if (!cutoff.radii_b.empty() || !cutoff.types_b.empty())
+        refuse_search("there are radii or types of a second set, and there is one set");
+}
+
 template <int Dim, class T>
-void check_points(const PointSet<Dim, T>& set)
+void check_number(const PointSet<Dim, T>& set)
 {
     if (set.points.size() > std::numeric_limits<std::uint32_t>::max())
         throw Error(ErrorCode::too_many_objects, std::to_string(set.points.size()) + " points" +
                                                      set_text(set.name) + " are more than 2^32 - 1");
+}
+template <int Dim, class T>
+void check_points(const PointSet<Dim, T>& set)
+{
+    check_number(set);
     for (std::size_t i = 0; i < set.points.size(); ++i)
         for (int d = 0; d < Dim; ++d) {
             const T x = set.points[i][d];

@@ -31,7 +31,8 @@ namespace neighbors {
 namespace {
 
 constexpr std::size_t rows_per_block = 128; // of work; up to three blocks are done by the calling thread
-constexpr int image_bits = 10;              // of an image's number along an axis, in the key of a neighbour
+constexpr std::size_t systems_per_block = 16;
+constexpr int image_bits = 10; // of an image's number along an axis, in the key of a neighbour
 constexpr std::int64_t image_bias = 1 << (image_bits - 1);
 static_assert(most_images + 2 < image_bias);
 
@@ -164,6 +165,8 @@ struct NeighborFinder<Dim, T>::Implementation
           counts(given.memory),
           result(given.memory),
           kept(given.memory),
+          in_system(given.memory),
+          of_systems(given.memory),
           kept_points(given.memory),
           kept_radii(given.memory),
           kept_types(given.memory),
@@ -182,6 +185,10 @@ struct NeighborFinder<Dim, T>::Implementation
     std::size_t most_runs = 0;    ///< what each Scratch has room for
     neighbors::StoredNeighbors<Dim, T> result, kept;
     NeighborList<Dim, T> list;
+
+    std::pmr::vector<std::unique_ptr<Implementation>>
+        in_system; ///< of each task, where there are many systems
+    std::pmr::vector<neighbors::StoredNeighbors<Dim, T>> of_systems; ///< what each block of systems found
 
     // What is kept is for these.
     bool is_kept = false, kept_two_sets = false, kept_half = false;
@@ -306,7 +313,7 @@ struct NeighborFinder<Dim, T>::Implementation
         const auto bits = static_cast<int>(std::bit_width(b.count - 1)), passes = (bits + 7) / 8;
         sorted = radix_sort<8, 2>(
             sorted, around.spare.data(), static_cast<std::uint32_t>(count), [](std::uint64_t v) { return v; },
-            ((std::uint64_t{1} << bits) - 1) << 32, (bits + passes - 1) / std::max(passes, 1));
+            ((std::uint64_t{1} << bits) - 1) << 32, std::max(1, (bits + passes - 1) / std::max(passes, 1)));
         const std::uint32_t here = neighbors::code_of<Dim>({});
         for (std::size_t k = 0; k < count; ++k) {
             const auto chosen = static_cast<std::uint32_t>(sorted[k]);
@@ -606,14 +613,109 @@ struct NeighborFinder<Dim, T>::Implementation
             if (what.skin > 0) keep(request);
         }
         if (what.skin > 0) choose(request);
-        const std::size_t n = a.points.size(), total = result.offsets[n];
+        return show(a.points.size(), what, !holds);
+    }
+    const NeighborList<Dim, T>& show(std::size_t n, const NeighborOptions& what, bool searched)
+    {
+        const std::size_t total = result.offsets[n];
         list.offsets = {result.offsets.data(), n + 1};
         list.neighbors = {result.neighbors.data(), total};
         if (what.shifts) list.shifts = {result.shifts.data(), total};
         if (what.vectors) list.vectors = {result.vectors.data(), total};
         if (what.distances) list.distances = {result.distances.data(), total};
-        list.searched = !holds;
+        list.searched = searched;
         return list;
+    }
+
+    /// Each system by itself, in tasks that share them out.
+    const NeighborList<Dim, T>& find_systems(const Set& all, std::span<const std::uint64_t> starts,
+                                             const NeighborCutoff<T>& cutoff, std::span<const Cell> cells,
+                                             const NeighborOptions& what)
+    {
+        const InUse use(in_use, "NeighborFinder");
+        check_offsets(starts, "system", "point", all.points.size(), "points");
+        neighbors::check_number(all);
+        const std::size_t systems = starts.size() - 1;
+        if (cells.size() > 1 && cells.size() != systems)
+            throw Error(ErrorCode::size_mismatch, "there are " + std::to_string(cells.size()) +
+                                                      " cells for " + std::to_string(systems) +
+                                                      " systems; give one for each, or one for all");
+        if (what.skin != 0) neighbors::refuse_search("a skin is for one system, and there are many");
+        (void)neighbors::check_cutoffs(all, all, cutoff);
+        const auto part_of = [](const auto& values, std::size_t first, std::size_t count) {
+            return values.empty() ? values : values.subspan(first, count);
+        };
+
+        const ProcessOptions by{options.executor, neighbors::systems_per_block};
+        const WorkPlan plan = plan_work(systems, by);
+        while (in_system.size() < plan.slots) {
+            FinderOptions serial = options;
+            serial.executor = &serial_executor();
+            in_system.push_back(std::make_unique<Implementation>(serial));
+        }
+        while (of_systems.size() < plan.blocks)
+            of_systems.emplace_back(options.memory);
+        counts.reserve(all.points.size());
+        const auto find_block = [&](std::uint64_t begin, std::uint64_t end, Work work) {
+            neighbors::StoredNeighbors<Dim, T>& found = of_systems[work.block];
+            std::size_t total = 0;
+            for (auto k = static_cast<std::size_t>(begin); k < end; ++k) {
+                const auto first = static_cast<std::size_t>(starts[k]),
+                           size = static_cast<std::size_t>(starts[k + 1]) - first;
+                NeighborCutoff<T> own = cutoff;
+                own.radii = part_of(cutoff.radii, first, size);
+                own.types = part_of(cutoff.types, first, size);
+                const Set set{all.points.subspan(first, size), own.radii, own.types, ""};
+                const auto is_zero = [](T radius) { return radius == 0; }; // alone all of them are an error
+                if (!own.radii.empty() && std::all_of(own.radii.begin(), own.radii.end(), is_zero)) {
+                    std::fill_n(counts.data() + first, size, std::uint64_t{0});
+                    continue;
+                }
+                const NeighborList<Dim, T>* some = nullptr;
+                try {
+                    some = &in_system[work.slot]->find(
+                        set, set, false, own, cells.empty() ? Cell{} : cells[cells.size() == 1 ? 0 : k],
+                        what);
+                } catch (const Error& error) {
+                    throw Error(error.code(), "system " + std::to_string(k) + ": " + error.what(),
+                                error.index() == Error::no_index ? Error::no_index : first + error.index());
+                }
+                for (std::size_t i = 0; i < size; ++i)
+                    counts[first + i] = some->offsets[i + 1] - some->offsets[i];
+                const auto append = [&](auto& to, const auto& from) {
+                    if (from.empty()) return; // also what isn't wanted
+                    std::copy(from.begin(), from.end(), to.grow(total + from.size(), total) + total);
+                };
+                append(found.neighbors, some->neighbors);
+                for (std::size_t n = 0; n < some->neighbors.size(); ++n)
+                    found.neighbors[total + n] += static_cast<std::uint32_t>(first);
+                append(found.shifts, some->shifts);
+                append(found.vectors, some->vectors);
+                append(found.distances, some->distances);
+                total += some->neighbors.size();
+            }
+        };
+        process_items(systems, find_block, by);
+
+        list = {};
+        const std::size_t n = all.points.size();
+        std::uint64_t* const offsets = result.offsets.reserve(n + 1);
+        offsets[n] = exclusive_sum(std::copy_n(counts.data(), n, offsets) - n, n);
+        const std::uint64_t total = offsets[n];
+        result.neighbors.reserve(total);
+        if (what.shifts) result.shifts.reserve(total);
+        if (what.vectors) result.vectors.reserve(total);
+        if (what.distances) result.distances.reserve(total);
+        const auto copy_block = [&](std::uint64_t begin, std::uint64_t end, Work work) {
+            neighbors::StoredNeighbors<Dim, T>& found = of_systems[work.block];
+            const std::uint64_t first = offsets[starts[begin]], size = offsets[starts[end]] - first;
+            std::copy_n(found.neighbors.data(), size, result.neighbors.data() + first);
+            if (what.shifts) std::copy_n(found.shifts.data(), size, result.shifts.data() + first);
+            if (what.vectors) std::copy_n(found.vectors.data(), size, result.vectors.data() + first);
+            if (what.distances) std::copy_n(found.distances.data(), size, result.distances.data() + first);
+        };
+        process_items(systems, copy_block, by);
+        return show(n, what, true);
     }
 
     void release()
@@ -623,8 +725,8 @@ struct NeighborFinder<Dim, T>::Implementation
             vector.clear();
             vector.shrink_to_fit();
         };
-        empty(scratch), empty(blocks), empty(kept_points), empty(kept_radii), empty(kept_types),
-            empty(kept_table);
+        empty(scratch), empty(blocks), empty(in_system), empty(of_systems), empty(kept_points),
+            empty(kept_radii), empty(kept_types), empty(kept_table);
         list = {};
         is_kept = false;
     }
@@ -646,8 +748,7 @@ template <int Dim, Coordinate T>
 const NeighborList<Dim, T>& NeighborFinder<Dim, T>::find(Points points, const NeighborCutoff<T>& cutoff,
                                                          const Cell& cell, const NeighborOptions& options) &
 {
-    if (!cutoff.radii_b.empty() || !cutoff.types_b.empty())
-        neighbors::refuse_search("there are radii or types of a second set, and there is one set");
+    neighbors::refuse_second_set(cutoff);
     const neighbors::PointSet<Dim, T> set{points, cutoff.radii, cutoff.types, ""};
     return implementation_->find(set, set, false, cutoff, cell, options);
 }
@@ -659,6 +760,17 @@ const NeighborList<Dim, T>& NeighborFinder<Dim, T>::find(Points points, Points o
 {
     return implementation_->find({points, cutoff.radii, cutoff.types, "a "},
                                  {others, cutoff.radii_b, cutoff.types_b, "b "}, true, cutoff, cell, options);
+}
+
+template <int Dim, Coordinate T>
+const NeighborList<Dim, T>&
+NeighborFinder<Dim, T>::find_systems(Points points, std::span<const std::uint64_t> offsets,
+                                     const NeighborCutoff<T>& cutoff, std::span<const Cell> cells,
+                                     const NeighborOptions& options)
+{
+    neighbors::refuse_second_set(cutoff);
+    return implementation_->find_systems({points, cutoff.radii, cutoff.types, ""}, offsets, cutoff, cells,
+                                         options);
 }
 
 template <int Dim, Coordinate T>

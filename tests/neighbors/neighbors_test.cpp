@@ -460,6 +460,116 @@ TEST(Neighbors, AreTheSameOnAnyThreads)
     });
 }
 
+/// Many in one call are what each is alone, on any threads.
+TEST(Neighbors, OfManySystemsAreThoseOfEach)
+{
+    for_each_kind([](auto kind) {
+        constexpr int Dim = decltype(kind)::dim;
+        using T = typename decltype(kind)::Number;
+        Random random(8);
+        NeighborFinder<Dim, T> alone;
+        std::size_t found = 0;
+        for (const contract::NamedExecutor& each : contract::all_executors()) {
+            NeighborFinder<Dim, T> together({.executor = each.executor.get()});
+            const NeighborOptions what{.half = random.one_in(2),
+                                       .shifts = random.one_in(2),
+                                       .vectors = random.one_in(2),
+                                       .distances = random.one_in(2)};
+            std::vector<Vec<Dim, T>> points;
+            std::vector<std::uint64_t> offsets{0};
+            std::vector<PeriodicCell<Dim, T>> cells;
+            for (std::uint32_t count = 20 + random.below(60); count > 0; --count) {
+                cells.push_back({});
+                cells.back().repeats[0] = random.one_in(2);
+                cells.back().repeats[1] = random.one_in(2);
+                for (int k = 0; k < Dim; ++k)
+                    for (int d = 0; d < Dim; ++d)
+                        cells.back().vectors[k][d] =
+                            random.template between<T>(0, 1) + (k == d ? T(3) : T(0));
+                for (std::uint32_t size = random.below(40); size > 0; --size) {
+                    points.push_back({});
+                    for (int d = 0; d < Dim; ++d)
+                        points.back()[d] = random.template between<T>(-1, 3);
+                }
+                offsets.push_back(points.size());
+            }
+            std::vector<T> radii;
+            std::vector<std::uint32_t> types;
+            const std::vector<T> table{1, T(0.5), T(0.5), T(0.25)};
+            const bool silent = random.one_in(2); // most systems have radii of 0
+            for (std::size_t i = 0; i < points.size(); ++i) {
+                radii.push_back(silent && i != 0 ? T(0) : random.template unit<T>());
+                types.push_back(random.below(2));
+            }
+            const std::uint32_t rule = random.below(3);
+            NeighborCutoff<T> cutoff = rule == 0 ? T(1) : T(0);
+            if (rule == 1) cutoff.radii = radii;
+            if (rule == 2) cutoff.types = types, cutoff.table = table;
+            const auto& list = together.find_systems(points, offsets, cutoff, cells, what);
+            ASSERT_EQ(list.offsets.size(), points.size() + 1);
+            std::size_t next = 0;
+            for (std::size_t k = 0; k < cells.size(); ++k) {
+                const std::size_t first = offsets[k], size = offsets[k + 1] - first;
+                NeighborCutoff<T> own = cutoff;
+                if (rule == 1) own.radii = own.radii.subspan(first, size);
+                if (rule == 2) own.types = own.types.subspan(first, size);
+                if (rule == 1 && silent && first != 0) {
+                    ASSERT_EQ(list.offsets[first + size], next);
+                    continue;
+                }
+                const auto& expected =
+                    alone.find(std::span(points).subspan(first, size), own, cells[k], what);
+                for (std::size_t i = 0; i < size; ++i)
+                    ASSERT_EQ(list.offsets[first + i + 1], next + expected.offsets[i + 1]) << each.name;
+                for (std::size_t n = 0; n < expected.neighbors.size(); ++n, ++next) {
+                    ASSERT_EQ(list.neighbors[next], first + expected.neighbors[n]);
+                    if (what.shifts) {
+                        ASSERT_EQ(list.shifts[next], expected.shifts[n]);
+                    }
+                    if (what.vectors) {
+                        ASSERT_EQ(list.vectors[next], expected.vectors[n]);
+                    }
+                    if (what.distances) {
+                        ASSERT_EQ(list.distances[next], expected.distances[n]);
+                    }
+                }
+            }
+            ASSERT_EQ(list.neighbors.size(), next);
+            ASSERT_EQ(list.shifts.size(), what.shifts ? next : 0);
+            found += next;
+        }
+        EXPECT_GT(found, 1000u);
+    });
+}
+
+TEST(Neighbors, AnErrorOfASystemNamesIt)
+{
+    NeighborFinder<3, double> finder;
+    const std::vector<Vec<3, double>> points{{0, 0, 0}, {1, 0, 0}, {5, 0, 0}, {5, 0, HUGE_VAL}};
+    const std::vector<std::uint64_t> some{0, 2, 3}, all{0, 2, 4};
+    const auto& list = finder.find_systems(std::span(points).first(3), some, 2);
+    const auto before = rows_of(list);
+    ASSERT_EQ(before, (std::vector<Row<3>>{{{1u, {}}}, {{0u, {}}}, {}}));
+    const auto error = [&](auto&& call) { return message_of(call); };
+    EXPECT_EQ(
+        error([&] { finder.find_systems(points, all, 2); }),
+        "system 1: point 1, (5, 0, inf) is too far away; coordinates reach to an eighth of their type's "
+        "range");
+    try {
+        finder.find_systems(points, all, 2);
+    } catch (const jostle::Error& thrown) {
+        EXPECT_EQ(thrown.index(), 3u);
+    }
+    EXPECT_NE(error([&] { finder.find_systems(points, some, 2); }).find("offset"), std::string::npos);
+    EXPECT_EQ(error([&] { finder.find_systems(points, all, -1); }), "the cutoff is -1; give a length");
+    EXPECT_EQ(error([&] { finder.find_systems(points, all, 2, {}, {.skin = 1}); }),
+              "a skin is for one system, and there are many");
+    const std::vector<PeriodicCell<3, double>> three(3);
+    EXPECT_EQ(error([&] { finder.find_systems(points, all, 2, three); }),
+              "there are 3 cells for 2 systems; give one for each, or one for all");
+    EXPECT_EQ(rows_of(list), before) << "the last list isn't touched";
+}
+
 TEST(Neighbors, WithASkinAreTheSameAndSeldomSearched)
 {
     for_each_kind([](auto kind) {

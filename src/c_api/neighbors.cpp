@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: MIT
+// Neighbour lists in C.
+#include "jostle/neighbors.hpp"
+
+#include <limits>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "c_api/handles.hpp"
+
+namespace jostle::c_api {
+namespace {
+
+class NeighborFinderContent final : public Content
+{
+  public:
+    NeighborFinderContent(jostle_space given, const Kept& with) : kept(with)
+    {
+        in_space(given, [&](auto in) {
+            using Finder = NeighborFinder<decltype(in)::dim, typename decltype(in)::T>;
+            finder.emplace<Finder>(kept.options<FinderOptions>());
+        });
+    }
+    Kept kept;
+    InSomeSpace<NeighborFinder<2, float>, NeighborFinder<3, float>, NeighborFinder<2, double>,
+                NeighborFinder<3, double>>
+        finder;
+};
+
+template <class Value>
+std::span<const Value> span_of(const void* data, std::uint64_t count, const char* name)
+{
+    return {wanted_array_of<Value>(data, count, name), static_cast<std::size_t>(count)};
+}
+/// The same where NULL means that there are none.
+template <class Value>
+std::span<const Value> span_if_given(const void* data, std::uint64_t count, const char* name)
+{
+    return span_of<Value>(data, data == nullptr ? 0 : count, name);
+}
+
+std::uint64_t checked_cells(std::uint64_t count)
+{
+    if (count > std::numeric_limits<std::uint32_t>::max())
+        refuse("cell_count is " + std::to_string(count) + ": there aren't so many systems");
+    return count;
+}
+
+template <int Dim, class T>
+jostle_neighbor_list find_neighbors(NeighborFinder<Dim, T>& finder, const jostle_neighbor_query& query)
+{
+    const auto points = span_of<Vec<Dim, T>>(query.points, query.count, "points");
+    const auto others = span_of<Vec<Dim, T>>(query.others, query.other_count, "others");
+    NeighborCutoff<T> cutoff = static_cast<T>(query.cutoff);
+    cutoff.radii = span_if_given<T>(query.radii, query.count, "radii");
+    cutoff.radii_b = span_if_given<T>(query.radii_b, query.other_count, "radii_b");
+    cutoff.types = span_if_given<std::uint32_t>(query.types, query.count, "types");
+    cutoff.types_b = span_if_given<std::uint32_t>(query.types_b, query.other_count, "types_b");
+    if (query.type_count > std::numeric_limits<std::uint32_t>::max() / 2)
+        refuse("type_count is " + std::to_string(query.type_count) + ": no table is so large");
+    cutoff.table = span_of<T>(query.table, query.type_count * query.type_count, "table");
+    const std::uint64_t numbers = checked_cells(query.cell_count) * Dim;
+    const T* const vectors = wanted_array_of<T>(query.cells, numbers * Dim, "cells");
+    const std::int32_t* const repeats = wanted_array(query.repeats, numbers, "repeats");
+    std::vector<PeriodicCell<Dim, T>> cells(static_cast<std::size_t>(query.cell_count));
+    for (std::size_t k = 0; k < numbers; ++k) {
+        cells[k / Dim].repeats[k % Dim] = repeats[k] != 0;
+        for (int d = 0; d < Dim; ++d)
+            cells[k / Dim].vectors[k % Dim][d] = vectors[k * Dim + static_cast<std::size_t>(d)];
+    }
+    NeighborOptions options;
+    options.half = query.half != 0;
+    options.shifts = query.shifts != 0;
+    options.vectors = query.vectors != 0;
+    options.distances = query.distances != 0;
+    options.skin = query.skin;
+    const NeighborList<Dim, T>* found = nullptr;
+    if (query.offsets != nullptr) {
+        if (query.others != nullptr) refuse("of many systems each has one set, and others isn't NULL");
+        found = &finder.find_systems(points, offsets_of(query.offsets, query.system_count, "system_count"),
+                                     cutoff, cells, options);
+    } else {
+        if (cells.size() > 1)
+            refuse("there are " + std::to_string(cells.size()) + " cells for one system; give one");
+        const PeriodicCell<Dim, T> cell = cells.empty() ? PeriodicCell<Dim, T>{} : cells.front();
+        found = query.others == nullptr ? &finder.find(points, cutoff, cell, options)
+                                        : &finder.find(points, others, cutoff, cell, options);
+    }
+    const NeighborList<Dim, T>& list = *found;
+    return {list.offsets.data(),
+            list.neighbors.data(),
+            list.neighbors.size(),
+            options.shifts ? reinterpret_cast<const std::int32_t*>(list.shifts.data()) : nullptr,
+            list.vectors.data(),
+            list.distances.data(),
+            list.searched ? 1 : 0};
+}
+
+} // namespace
+
+template <>
+struct Behind<jostle_neighbor_finder>
+{
+    using type = NeighborFinderContent;
+    static constexpr std::uint64_t mark = 0x6a6f73746c650013U;
+    static constexpr const char* name = "jostle_neighbor_finder";
+};
+
+} // namespace jostle::c_api
+
+using namespace jostle;
+using namespace jostle::c_api;
+
+extern "C" {
+
+jostle_status jostle_neighbor_finder_new(jostle_space space, const jostle_options* options,
+                                         jostle_neighbor_finder** out, jostle_error* error)
+{
+    return guarded(error, [&] {
+        wanted(out, "out");
+        hand_out(out, std::make_unique<NeighborFinderContent>(space, keep(options)));
+    });
+}
+jostle_status jostle_neighbor_finder_free(jostle_neighbor_finder* finder, jostle_error* error)
+{
+    return guarded(error, [&] { release(finder); });
+}
+jostle_status jostle_neighbor_finder_find(jostle_neighbor_finder* finder, const jostle_neighbor_query* query,
+                                          jostle_neighbor_list* list, jostle_error* error)
+{
+    return guarded(error, [&] {
+        NeighborFinderContent& content = open(finder);
+        const jostle_neighbor_query given = read_options(&wanted(query, "query"), "jostle_neighbor_query");
+        wanted(list, "list");
+        on_held(content.finder, [&](auto& in_its_space) { *list = find_neighbors(in_its_space, given); });
+    });
+}
+jostle_status jostle_neighbor_finder_release_memory(jostle_neighbor_finder* finder, jostle_error* error)
+{
+    return guarded(error, [&] {
+        on_held(open(finder).finder, [](auto& in_its_space) { in_its_space.release_memory(); });
+    });
+}
+
+} // extern "C"
