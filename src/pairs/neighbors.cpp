@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Neighbour lists: points in the cells of a grid along the reciprocal axes of the space that repeats. Whom the
-// rows of a cell may have as neighbours is put together once for all of them, in the order in which rows list
-// them. A test of wrapped points, with bounds for rounding, finds who is near; where it can't tell, the test
-// of the definition decides.
+// Neighbour lists: points in the cells of a grid along the reciprocal axes of the space that repeats. Whom
+// the rows of a cell may have as neighbours is put together once for all of them, in the order in which rows
+// list them. A test of wrapped points, with bounds for rounding, finds who is near; where it can't tell, the
+// test of the definition decides.
 #include "jostle/neighbors.hpp"
 
 #include <algorithm>
