@@ -6,7 +6,8 @@
     pairs = jostle.find_pairs(boxes)          # (m, 2) uint32
 
 Boxes are arrays of shape (n, 2, d) or (n, 2 d), d = 2 or 3, float32 or float64: lower bounds, then upper ones. They are read
-in place, strided or not. All sources of numbers are accepted: NumPy, the buffer protocol, __array_interface__, DLPack, lists.
+in place, strided or not. Whole numbers become float64, and are refused where that would round them. All sources of numbers are
+accepted: NumPy, the buffer protocol, __array_interface__, DLPack, lists.
 
 Boxes are closed, so touching counts, and they are compared in their own dtype, without missing or extra pairs. The answer and its
 order depend on the boxes alone, not on threads or machine. Python's global lock is released while the library works.
@@ -15,6 +16,8 @@ Mistakes raise `Error`, a ValueError, with the object's `index`; for ids that do
 failed changes nothing, unless its documentation says otherwise.
 """
 from __future__ import annotations
+
+import warnings as _warnings
 
 from ._closed_mesh import ClosedMesh
 from ._contacts import (ContactFinder, bounds, contacts, distances, impacts, ray_casts, shape_casts, sum_by_object,
@@ -32,6 +35,9 @@ from ._shapes import (Shape, Shapes, box, capsule, compound, cone, cylinder, ell
 from ._world import EndedPairs, PairSlots, World
 
 __version__ = version()
+if list(instruction_sets()) == ["scalar"]:  # pip shows nothing of what the build says
+    _warnings.warn("jostle works without SIMD, several times as slow: it was built without Google Highway (Debian: "
+                   "libhwy-dev), or this processor has nothing of the kind", RuntimeWarning, stacklevel=2)
 __all__ = ["Answers", "BoxIndex", "ClosePairs", "ClosedMesh", "ContactFinder", "EndedPairs", "Error", "Hits", "NoSuchObjectError",
            "PairFinder", "PairSlots", "Queries", "ScenePairs", "Shape", "ShapeAnswers",
            "Shapes", "StaleIdError", "World", "bounds", "box", "capsule",

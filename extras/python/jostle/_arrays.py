@@ -34,22 +34,40 @@ def is_weak(given: Any) -> bool:
 
 
 def floats(given: Any, name: str, dtype: Any = None) -> np.ndarray:
-    """float32 or float64, or `dtype` if given; without a copy if the array already has that type."""
+    """float32 or float64, or `dtype` if given; without a copy if the array already has that type. Whole numbers are taken if
+    they stay what they are: as `dtype`, or as float64."""
     weak = is_weak(given)
     out = array(given)
+    if out.dtype.kind in "iu":
+        exact = _exact_floats(out, name, np.dtype(np.float64 if weak or dtype is None else dtype))
+        return exact if dtype is None else exact.astype(dtype, copy=False)
     if out.dtype.kind != "f" or out.dtype.itemsize not in (4, 8):
-        if weak and out.dtype.kind in "iu":
-            out = out.astype(np.float64)
-        else:
-            if out.dtype.kind not in "iufb":
-                raise Error(f"{name} has the dtype {out.dtype}, from {type(given).__name__}: it must be an array of float32 or float64")
-            raise Error(f"{name} has the dtype {out.dtype}: it must be float32 or float64, as "
-                        f"{name}.astype(numpy.float64) is")
+        if out.dtype.kind not in "fb":
+            raise Error(f"{name} has the dtype {out.dtype}, from {type(given).__name__}: it must be an array of float32 or float64")
+        raise Error(f"{name} has the dtype {out.dtype}: it must be float32 or float64, as "
+                    f"{name}.astype(numpy.float64) is")
     if dtype is not None and out.dtype != dtype:
         if not weak and np.dtype(dtype).itemsize < out.dtype.itemsize:
             raise Error(f"{name} is {out.dtype} and would have to be rounded to {np.dtype(dtype)}: "
                         f"say so with {name}.astype(numpy.{np.dtype(dtype)})")
         out = out.astype(dtype)
+    return out
+
+
+def _exact_floats(whole: np.ndarray, name: str, dtype: np.dtype) -> np.ndarray:
+    """Whole numbers as floats of a dtype, none of them rounded."""
+    out = whole.astype(dtype)
+    limits = np.iinfo(whole.dtype)
+    if max(-int(limits.min), int(limits.max)) <= 2**(np.finfo(dtype).nmant + 1):
+        return out
+    # The greatest number rounds to one that is no whole number of its dtype any more: it can't be taken back.
+    beyond = out >= 2.0**limits.bits if limits.min == 0 else out >= 2.0**(limits.bits - 1)
+    wrong = beyond | (np.where(beyond, 0, out).astype(whole.dtype) != whole)
+    if wrong.any():
+        place = tuple(int(i) for i in np.argwhere(wrong)[0])
+        where = f"[{', '.join(map(str, place))}]" if place else ""
+        raise Error(f"{name}{where} is {whole[place]}, which {dtype} can't hold exactly: round it with "
+                    f"{name}.astype(numpy.{dtype}), or subtract an origin first", place[0] if place else None)
     return out
 
 

@@ -350,6 +350,27 @@ def test_the_table_has_every_argument_that_may_be_an_array():
     assert {one for one in wanted - there - drawn - other if not one[0].startswith("Queries.")} == set()
 
 
+def test_whole_numbers_are_taken_as_they_are_or_refused():
+    layout = [[0, 0, 2, 2], [2, 1, 3, 3], [4, 0, 5, 1]]
+    for dtype in (np.uint8, np.int16, np.uint32, np.int64, np.uint64):
+        assert jostle.find_pairs(np.array(layout, dtype)).tolist() == [[0, 1]], dtype
+    far = np.array(layout, np.int64) + 2**53 - 5
+    assert jostle.find_pairs(far).tolist() == [[0, 1]]
+    assert jostle.find_pairs(np.array([[-2**63, 0, 2**62, 2**60]] * 2)).tolist() == [[0, 1]]
+    # The greatest of each dtype are those whose rounded value isn't in it any more.
+    for dtype, number, to in ((np.int64, 2**53 + 1, np.float64), (np.int64, -2**53 - 1, np.float64), (np.int64, 2**63 - 1, np.float64),
+                              (np.uint64, 2**64 - 1, np.float64), (np.int32, 2**24 + 1, np.float32), (np.int32, 2**31 - 1, np.float32),
+                              (np.uint32, 2**32 - 1, np.float32)):
+        boxes = np.array([[0, 0, 1, 1], [0, 0, 1, 1]], dtype)
+        boxes[1, 0 if number < 0 else 3] = number
+        world = jostle.World(2, to)
+        with pytest.raises(jostle.Error, match=rf"boxes\[1, [03]\] is {number}, which {to.__name__} can't hold exactly") as error:
+            world.add(boxes)
+        assert error.value.index == 1
+    with pytest.raises(jostle.Error, match="dtype bool"):
+        jostle.find_pairs(np.zeros((2, 4), bool))
+
+
 def test_numbers_that_are_none_are_refused_and_great_ones_kept():
     boxes = BOXES
     world = jostle.World()

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: MIT
 import ast
 import graphlib
+import importlib
 import pathlib
+import warnings
 
 import jostle
 import numpy as np
@@ -15,6 +17,18 @@ def test_modules_import_each_other_in_no_circle():
         imports[file.stem] = {name for node in named for name in ([node.module] if node.module else [x.name for x in node.names])}
     assert "_arrays" in imports["_index"] and "_shapes" in imports["_contacts"]
     assert len(list(graphlib.TopologicalSorter(imports).static_order())) >= len(imports)  # else a CycleError
+
+
+def test_a_package_without_simd_says_so(monkeypatch):
+    monkeypatch.setattr(jostle._core, "instruction_sets", lambda: ["scalar"])
+    with pytest.warns(RuntimeWarning, match="without SIMD.*libhwy-dev"):
+        importlib.reload(jostle)
+    monkeypatch.setattr(jostle._core, "instruction_sets", lambda: ["avx2", "scalar"])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        importlib.reload(jostle)
+    monkeypatch.undo()
+    importlib.reload(jostle)
 
 
 def test_lists_of_answers_and_of_hits_are_alike():
