@@ -169,7 +169,8 @@ void run(const Options& options)
 }
 
 constexpr const char* help =
-    R"(Reads   boxes.csv     columns lo_x,lo_y[,lo_z],hi_x,hi_y[,hi_z] and maybe id, in any order
+    R"(Reads   boxes.csv     columns lo_x,lo_y[,lo_z],hi_x,hi_y[,hi_z] and maybe id, in any order;
+                      xmin, minx, ... and x,y,w,h as well; without names lo_x,lo_y,hi_x,hi_y
         boxes.npy     float32 or float64, shape (n, 2, d) or (n, 2 * d), lo before hi
         mesh.obj      .stl, .ply, .glb, .dae, ...: one box per triangle; --parts: one per part
         record.jrec   moving boxes recorded from a physics engine; --frame picks a frame

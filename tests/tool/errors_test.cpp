@@ -42,7 +42,9 @@ class Errors : public ToolTest
 };
 
 constexpr const char* header_advice =
-    "the first line must name the columns: lo_x,lo_y[,lo_z],hi_x,hi_y[,hi_z] and maybe id, in any order";
+    "the first line may name the columns: lo_x,lo_y[,lo_z],hi_x,hi_y[,hi_z], or xmin,..., or "
+    "x,y[,z],w,h[,d], "
+    "and maybe id, in any order; without names there are 4 or 6 columns in the first of these orders";
 
 TEST_F(Errors, CsvHeader)
 {
@@ -51,7 +53,14 @@ TEST_F(Errors, CsvHeader)
     expect_file_error("b.csv", "\n \n", "b.csv:2:1: the file is empty; " + advice);
     expect_file_error("b.csv", std::string("\xff\xfel\0o\0", 6),
                       "b.csv:1:1: the file is UTF-16 text; save it as UTF-8");
-    expect_file_error("b.csv", "0,0,1,1\n", "b.csv:1:1: column \"0\" is not known; " + advice);
+    expect_file_error("b.csv", "0,0,1\n", "b.csv:1:1: there is no line with names, and 3 columns; " + advice);
+    expect_file_error("b.csv", "0,0,one,1\n", "b.csv:1:1: column \"0\" is not known; " + advice);
+    expect_file_error("b.csv", "0,0,1,1\n0,0,1\n",
+                      "b.csv:2:4: the row has 3 fields and the first 4; give each column one value");
+    expect_file_error("b.csv", "x,y,xmin,w,h\n", "b.csv:1:3: column xmin is there twice; remove one");
+    expect_file_error("b.csv", "x,y,w,h,max_x\n", "b.csv:1:5: columns max_x and w say the same; remove one");
+    expect_file_error("b.csv", "x,y,w\n", "b.csv:1:4: column hi_y is missing; " + advice);
+    expect_file_error("b.csv", "w,h,maxx,maxy\n", "b.csv:1:5: column lo_x is missing; " + advice);
     expect_file_error("b.csv", "lo_x,lo_y,hi_x,hi_y,mass\n",
                       "b.csv:1:5: column \"mass\" is not known; " + advice);
     expect_file_error("b.csv", "lo_x;lo_y;hi_x;hi_y\n",
@@ -108,6 +117,14 @@ TEST_F(Errors, CsvBoxes)
                       "b.csv:4:5: hi_y is NaN; every bound must be a number (inf is allowed)");
     expect_file_error("b.csv", header + "0,5.50,0,1,3,1\n",
                       "b.csv:4:2: lo_y = 5.50 is greater than hi_y = 3; swap them or drop the box");
+    expect_file_error("b.csv", "2,0,1,1\n",
+                      "b.csv:1:1: lo_x = 2 is greater than hi_x = 1; swap them or drop the box");
+    expect_file_error("b.csv", "x,y,w,h\n0,0,1,-1\n",
+                      "b.csv:2:4: h = -1 is below 0; a box begins at y and has this size");
+    for (const std::string row : {"1e308,0,1e308,1", "-inf,0,inf,1"})
+        expect_file_error(
+            "b.csv", "x,y,w,h\n" + row + "\n",
+            "b.csv:2:3: x + w is no number that a double can hold; write the upper bound as hi_x");
 }
 
 TEST_F(Errors, CsvIds)

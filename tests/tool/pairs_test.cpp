@@ -262,6 +262,16 @@ TEST_F(Pairs, CsvMayLookAsProgramsWriteIt)
     write("mark.csv", "\xef\xbb\xbflo_x,lo_y,hi_x,hi_y\n0,0,1,1\n1,1,2,2\n8,8,9,9\n");
     write("CAPITALS.CSV", "LO_X,LO_Y,HI_X,HI_Y\n0,0,1,1\n1,1,2,2\n8,8,9,9\n");
     write("numbers.csv", "lo_x,lo_y,hi_x,hi_y\n-0,+0.0,1e0,.1E+1\n1.,1.00000,2,2\n8,8,9,9\n");
+    const std::string rows = "\n0,0,1,1\n1,1,2,2\n8,8,9,9\n";
+    write("without.csv", rows);
+    write("without_mark.csv", "\xef\xbb\xbf" + rows.substr(1));
+    write("without3.csv", "0,0,0,1,1,1\n1,1,1,2,2,2\n8,8,8,9,9,9\n");
+    for (const std::string names : {"minx,miny,maxx,maxy", "xmin,ymin,xmax,ymax", "min_x,min_y,max_x,max_y",
+                                    "x_min,y_min,x_max,y_max", "X,Y,hi_x,ymax"})
+        write(names + ".csv", names + rows);
+    write("size.csv", "x,y,w,h\n0,0,1,1\n1,1,1,1\n8,8,1,1\n");
+    write("one_size.csv", "w,ymin,xmin,ymax\n1,0,0,1\n1,1,1,2\n1,8,8,9\n");
+    write("size3.csv", "id,d,x,y,z,w,h\n0,1,0,0,0,1,1\n1,1,1,1,1,1,1\n2,1,8,8,8,1,1\n");
     for (const std::string& file : files()) {
         const Result result = run({"pairs", file});
         EXPECT_EQ(result.err, "") << file;

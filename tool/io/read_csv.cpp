@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 #include <fast_float/fast_float.h>
@@ -169,64 +170,159 @@ class CsvReader
     Progress progress_;
 };
 
-constexpr std::array<const char*, 6> coordinate_names = {"lo_x", "lo_y", "lo_z", "hi_x", "hi_y", "hi_z"};
 constexpr const char* header_advice =
-    "the first line must name the columns: lo_x,lo_y[,lo_z],hi_x,hi_y[,hi_z] and maybe id, in any order";
+    "the first line may name the columns: lo_x,lo_y[,lo_z],hi_x,hi_y[,hi_z], or xmin,..., or "
+    "x,y[,z],w,h[,d], "
+    "and maybe id, in any order; without names there are 4 or 6 columns in the first of these orders";
 constexpr std::size_t none = ~std::size_t{0};
+
+/// What a column has of a box. An axis has two: `lo`, and `hi` or what has to be added to `lo`.
+enum Bound
+{
+    lo,
+    hi,
+    extent
+};
+constexpr std::size_t bounds = 3;
+
+std::string own_name(Bound bound, std::size_t axis)
+{
+    if (bound == extent) return std::string(1, "whd"[axis]);
+    return std::string(bound == lo ? "lo_" : "hi_") + "xyz"[axis];
+}
+
+/// Our own names, and those that spreadsheets, GeoPandas and detectors of images write.
+bool is_name(const std::string& name, Bound bound, std::size_t axis)
+{
+    if (name == own_name(bound, axis)) return true;
+    if (bound == extent) return false;
+    const std::string end = bound == lo ? "min" : "max", a(1, "xyz"[axis]);
+    return name == end + a || name == a + end || name == end + "_" + a || name == a + "_" + end ||
+           (bound == lo && name == a);
+}
+
+struct Column
+{
+    std::size_t place = none;
+    std::string name; ///< as the file has it
+};
 
 struct Header
 {
-    std::array<std::size_t, 6> column; // of each of coordinate_names, or none
+    Column of[bounds][3];
     std::size_t id = none;
     std::size_t columns = 0;
-    [[nodiscard]] int dimension() const { return column[2] == none && column[5] == none ? 2 : 3; }
+    bool named = true; ///< else the first line is a box
+
+    [[nodiscard]] bool has(Bound bound, std::size_t axis) const { return of[bound][axis].place != none; }
+    [[nodiscard]] int dimension() const { return has(lo, 2) || has(hi, 2) || has(extent, 2) ? 3 : 2; }
 };
+
+/// A number at the beginning of the text, and where it ends: null if there is none.
+const char* parse(std::string_view text, double& value)
+{
+    const char* first = text.data();
+    const char* const last = first + text.size();
+    // from_chars takes no plus sign. "+-1" stays an error.
+    if (text.size() > 1 && text[0] == '+' && text[1] != '-' && text[1] != '+') ++first;
+    const auto result = fast_float::from_chars(first, last, value);
+    return result.ec == std::errc::invalid_argument ? nullptr : result.ptr;
+}
+
+double number(const CsvReader& csv, const Column& column)
+{
+    const std::string_view text = csv.field(column.place);
+    if (text.empty()) csv.fail(column.place, column.name + " is empty; write a number");
+    double value;
+    if (parse(text, value) != text.data() + text.size())
+        csv.fail(column.place, column.name + " is " + quote(text) +
+                                   ", which is not a number; write one like -12.5, 1e-3 or inf");
+    if (std::isinf(value) && text.find_first_of("0123456789") != std::string_view::npos)
+        csv.fail(column.place,
+                 column.name + " is " + quote(text) +
+                     ", which is more than a double can hold; write inf if it is meant to be unbounded");
+    if (std::isnan(value))
+        csv.fail(column.place, column.name + " is NaN; every bound must be a number (inf is allowed)");
+    return value;
+}
+
+bool all_numbers(const CsvReader& csv)
+{
+    for (std::size_t i = 0; i < csv.fields(); ++i) {
+        double ignored;
+        const std::string_view text = csv.field(i);
+        if (parse(text, ignored) != text.data() + text.size()) return false;
+    }
+    return true;
+}
 
 Header read_header(CsvReader& csv)
 {
     if (!csv.next()) csv.fail(0, std::string("the file is empty; ") + header_advice);
     Header header;
-    header.column.fill(none);
     header.columns = csv.fields();
+    if (all_numbers(csv)) {
+        header.named = false;
+        if (header.columns != 4 && header.columns != 6)
+            csv.fail(0, "there is no line with names, and " + std::to_string(header.columns) +
+                            (header.columns == 1 ? " column; " : " columns; ") + header_advice);
+        const std::size_t axes = header.columns / 2;
+        for (std::size_t i = 0; i < header.columns; ++i)
+            header.of[i < axes ? lo : hi][i % axes] = {i, own_name(i < axes ? lo : hi, i % axes)};
+        return header;
+    }
     for (std::size_t i = 0; i < csv.fields(); ++i) {
         std::string name(csv.field(i));
         for (char& c : name)
             if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
         std::size_t* place = name == "id" ? &header.id : nullptr;
-        for (std::size_t c = 0; c < coordinate_names.size(); ++c)
-            if (name == coordinate_names[c]) place = &header.column[c];
+        for (const Bound bound : {lo, hi, extent})
+            for (std::size_t axis = 0; axis < 3; ++axis)
+                if (is_name(name, bound, axis)) {
+                    place = &header.of[bound][axis].place;
+                    header.of[bound][axis].name = name;
+                }
         if (place == nullptr)
             csv.fail(i, "column " + quote(csv.field(i)) + " is not known; " + header_advice);
         if (*place != none) csv.fail(i, "column " + name + " is there twice; remove one");
         *place = i;
     }
-    for (std::size_t c = 0; c < coordinate_names.size(); ++c)
-        if (header.column[c] == none && (c % 3 != 2 || header.dimension() == 3))
-            csv.fail(csv.fields(),
-                     std::string("column ") + coordinate_names[c] + " is missing; " + header_advice);
+    for (const Bound bound : {lo, hi})
+        for (std::size_t axis = 0; axis < static_cast<std::size_t>(header.dimension()); ++axis) {
+            const bool sized = header.has(extent, axis);
+            if (bound == hi && sized && header.has(hi, axis))
+                csv.fail(std::max(header.of[hi][axis].place, header.of[extent][axis].place),
+                         "columns " + header.of[hi][axis].name + " and " + header.of[extent][axis].name +
+                             " say the same; remove one");
+            if (!header.has(bound, axis) && !(bound == hi && sized))
+                csv.fail(csv.fields(), "column " + own_name(bound, axis) + " is missing; " + header_advice);
+        }
     return header;
 }
 
-double number(const CsvReader& csv, std::size_t column, const char* name)
+/// The bounds of a box along one axis.
+std::pair<double, double> read_bounds(const CsvReader& csv, const Header& header, std::size_t axis)
 {
-    const std::string_view text = csv.field(column);
-    if (text.empty()) csv.fail(column, std::string(name) + " is empty; write a number");
-    const char* first = text.data();
-    const char* last = first + text.size();
-    // from_chars takes no plus sign. "+-1" stays an error.
-    if (text.size() > 1 && text[0] == '+' && text[1] != '-' && text[1] != '+') ++first;
-    double value;
-    const auto result = fast_float::from_chars(first, last, value);
-    if (result.ec == std::errc::invalid_argument || result.ptr != last)
-        csv.fail(column, std::string(name) + " is " + quote(text) +
-                             ", which is not a number; write one like -12.5, 1e-3 or inf");
-    if (std::isinf(value) && text.find_first_of("0123456789") != std::string_view::npos)
-        csv.fail(column,
-                 std::string(name) + " is " + quote(text) +
-                     ", which is more than a double can hold; write inf if it is meant to be unbounded");
-    if (std::isnan(value))
-        csv.fail(column, std::string(name) + " is NaN; every bound must be a number (inf is allowed)");
-    return value;
+    const Column& low = header.of[lo][axis];
+    const bool sized = header.has(extent, axis);
+    const Column& high = header.of[sized ? extent : hi][axis];
+    const double from = number(csv, low), other = number(csv, high);
+    if (!sized) {
+        if (from > other)
+            csv.fail(low.place, low.name + " = " + shortened(csv.field(low.place)) + " is greater than " +
+                                    high.name + " = " + shortened(csv.field(high.place)) +
+                                    "; swap them or drop the box");
+        return {from, other};
+    }
+    if (other < 0)
+        csv.fail(high.place, high.name + " = " + shortened(csv.field(high.place)) +
+                                 " is below 0; a box begins at " + low.name + " and has this size");
+    const double to = from + other;
+    if (std::isnan(to) || (std::isinf(to) && !std::isinf(from) && !std::isinf(other)))
+        csv.fail(high.place, low.name + " + " + high.name +
+                                 " is no number that a double can hold; write the upper bound as hi_" +
+                                 "xyz"[axis]);
+    return {from, to};
 }
 
 template <int Dim>
@@ -234,23 +330,17 @@ BoxSet read_rows(CsvReader& csv, const Header& header)
 {
     BoxSet set;
     std::vector<jostle::Aabb<Dim, double>> boxes;
-    while (csv.next()) {
+    for (bool here = !header.named; here || csv.next(); here = false) {
         if (csv.fields() != header.columns)
             csv.fail(std::min(csv.fields(), header.columns),
-                     "the row has " + std::to_string(csv.fields()) + " fields and the header " +
-                         std::to_string(header.columns) + "; give each column one value");
+                     "the row has " + std::to_string(csv.fields()) + " fields and the " +
+                         (header.named ? "header " : "first ") + std::to_string(header.columns) +
+                         "; give each column one value");
         if (boxes.size() == ~std::uint32_t{0})
             csv.fail(0, "more boxes than 32 bits can number; split the file");
         jostle::Aabb<Dim, double> box;
-        for (std::size_t d = 0; d < Dim; ++d) {
-            const std::size_t lo = header.column[d], hi = header.column[3 + d];
-            box.lo[d] = number(csv, lo, coordinate_names[d]);
-            box.hi[d] = number(csv, hi, coordinate_names[3 + d]);
-            if (box.lo[d] > box.hi[d])
-                csv.fail(lo, std::string(coordinate_names[d]) + " = " + shortened(csv.field(lo)) +
-                                 " is greater than " + coordinate_names[3 + d] + " = " +
-                                 shortened(csv.field(hi)) + "; swap them or drop the box");
-        }
+        for (std::size_t d = 0; d < Dim; ++d)
+            std::tie(box.lo[d], box.hi[d]) = read_bounds(csv, header, d);
         if (header.id != none) {
             const std::string_view id = csv.field(header.id);
             if (id.empty()) csv.fail(header.id, "id is empty; name the box, or leave the column out");
