@@ -36,7 +36,7 @@ using jostle_scenes::Scene;
 
 struct Options
 {
-    std::vector<std::string> scenes;
+    std::vector<std::string> scenes, parts; // parts are commands of their own
     std::vector<std::uint64_t> sizes{100'000};
     std::vector<std::uint32_t> threads{0};
     std::uint32_t frames = 20;
@@ -158,8 +158,8 @@ class Results
         : options_(options), file_(file), table_(file.beside_table())
     {
         if (table_)
-            std::printf("%-14s %10s %7s  %-10s %10s %9s %9s %11s  %s\n", "scene", "n", "threads", "system",
-                        "ms/frame", "min", "max", "pairs", "");
+            std::printf("%-14s %10s %7s  %-10s %10s %10s %10s %11s  %s\n", "scene", "n", "threads", "system",
+                        "frame", "min", "max", "pairs", "");
     }
 
     template <int Dim, class T>
@@ -232,7 +232,7 @@ class Results
 
     void print(const jostle_bench::ReportRow& row, bool differs, bool has_answer) const
     {
-        std::string remark = text_of(row.stages, ", ");
+        std::string remark = text_of(row.stages);
         if (row.system != "jostle") // beside ours of the same scene, size and threads
             for (const jostle_bench::ReportRow& other : rows_)
                 if (other.system == "jostle" && other.scene == row.scene && other.n == row.n &&
@@ -242,9 +242,10 @@ class Results
                     remark = text;
                 }
         if (differs) remark += "  DIFFERENT PAIRS";
-        std::printf("%-14s %10s %7u  %-10s %10.3f %9.3f %9.3f %11s  %s\n", row.scene.c_str(),
-                    grouped(row.n).c_str(), row.threads, row.system.c_str(), row.median_ms, row.min_ms,
-                    row.max_ms, has_answer ? grouped(row.pairs).c_str() : "", remark.c_str());
+        std::printf("%-14s %10s %7u  %-10s %10s %10s %10s %11s  %s\n", row.scene.c_str(),
+                    grouped(row.n).c_str(), row.threads, row.system.c_str(), time_text(row.median_ms).c_str(),
+                    time_text(row.min_ms).c_str(), time_text(row.max_ms).c_str(),
+                    has_answer ? grouped(row.pairs).c_str() : "", remark.c_str());
         std::fflush(stdout);
     }
 
@@ -270,7 +271,8 @@ void check_pairs(const std::string& scene, std::uint64_t n)
 }
 
 template <int Dim, class T>
-void measure_scene(const Options& options, const std::string& name, std::uint64_t n, Results& results)
+void measure_scene(const Options& options, const std::string& name, std::uint64_t n, const std::string& place,
+                   Results& results)
 {
     const Scene<Dim, T> initial(name, n, options.seed);
     const std::string system_name = options.engine == Engine::fast      ? "jostle"
@@ -281,7 +283,7 @@ void measure_scene(const Options& options, const std::string& name, std::uint64_
 #endif
     for (const std::uint32_t count : options.threads) {
         const auto label = [&](const std::string& system, std::uint32_t threads) {
-            return name + ", " + grouped(n) + " boxes, " + std::to_string(threads) +
+            return place + name + ", " + grouped(n) + " boxes, " + std::to_string(threads) +
                    (threads == 1 ? " thread, " : " threads, ") + system;
         };
         const Threads threads(count);
@@ -347,7 +349,7 @@ void run(Options options)
     if (options.scenes.empty())
         for (const auto& info : jostle_scenes::scene_list())
             if (!info.hostile) options.scenes.emplace_back(info.name);
-    check_scenes(options.scenes);
+    check_scenes(options.scenes, options.parts);
     for (const std::string& name : options.scenes)
         for (const std::uint64_t n : options.sizes)
             check_pairs(name, n);
@@ -363,16 +365,19 @@ void run(Options options)
     check_report(options.report, options.json);
     RowsFile file(options.json);
     Results results(options, file);
+    std::size_t done = 0;
     for (const std::string& name : options.scenes)
         for (const std::uint64_t n : options.sizes) {
+            const std::string place = std::to_string(++done) + " of " +
+                                      std::to_string(options.scenes.size() * options.sizes.size()) + ": ";
             if (options.dim == 2 && options.with_double)
-                measure_scene<2, double>(options, name, n, results);
+                measure_scene<2, double>(options, name, n, place, results);
             else if (options.dim == 2)
-                measure_scene<2, float>(options, name, n, results);
+                measure_scene<2, float>(options, name, n, place, results);
             else if (options.with_double)
-                measure_scene<3, double>(options, name, n, results);
+                measure_scene<3, double>(options, name, n, place, results);
             else
-                measure_scene<3, float>(options, name, n, results);
+                measure_scene<3, float>(options, name, n, place, results);
         }
     file.write();
     if (!options.report.empty()) write_page(results.rows(), about(options), options.report);
@@ -441,6 +446,7 @@ void add_bench_command(const Command& app)
     add_bench_scenes_command(command);
     add_bench_programs_command(command);
     command.refuse_options_before_parts();
+    options->parts = command.part_names();
     command.on_run([command, options] {
         if (!command.part_is_chosen()) run(*options); // else that one was asked for
     });

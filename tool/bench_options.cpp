@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bench_options.hpp"
 
+#include <algorithm>
 #include <filesystem>
 #include <stdexcept>
 #include <system_error>
@@ -29,13 +30,15 @@ void add_rows_file_option(const Command& command, std::string& file)
     command.text("--json", file, "FILE", "Write the rows as JSON; - is stdout, then without the table");
 }
 
-void check_scenes(const std::vector<std::string>& names)
+void check_scenes(const std::vector<std::string>& names, const std::vector<std::string>& others)
 {
+    std::vector<std::string> known;
+    for (const auto& info : jostle_scenes::scene_list())
+        known.emplace_back(info.name);
     for (const std::string& name : names)
-        try {
-            (void)jostle_scenes::scene_info(name);
-        } catch (const std::invalid_argument& error) {
-            throw UsageError(error.what());
+        if (std::find(known.begin(), known.end(), name) == known.end()) {
+            known.insert(known.end(), others.begin(), others.end());
+            throw UsageError("there is no scene '" + name + "'" + suggestion(name, known));
         }
 }
 

@@ -8,6 +8,7 @@
 
 #include "bench/report.hpp"
 #include "commands.hpp"
+#include "text.hpp"
 
 /// What `jostle bench` and its subcommands have in common.
 
@@ -22,8 +23,8 @@ void add_thread_counts_option(const Command& command, std::vector<std::uint32_t>
 /// --json: where a RowsFile goes.
 void add_rows_file_option(const Command& command, std::string& file);
 
-/// Throws a UsageError for the name of a scene that there isn't.
-void check_scenes(const std::vector<std::string>& names);
+/// Throws a UsageError for the name of a scene that there isn't; `others` might be meant as well.
+void check_scenes(const std::vector<std::string>& names, const std::vector<std::string>& others = {});
 
 /// Before minutes of work: throws a UsageError where the page of --report can't be written after it, or is
 /// the file of --json. Empty: not wanted.
@@ -43,16 +44,16 @@ std::vector<const Entry*> choose(const std::vector<std::string>& names, const En
                                  const std::string& what)
 {
     std::vector<const Entry*> chosen;
-    std::string known;
+    std::vector<std::string> known;
     for (const Entry& entry : entries) {
-        known += (known.empty() ? "" : ", ") + std::string(entry.name);
+        known.emplace_back(entry.name);
         if (names.empty()) chosen.push_back(&entry);
     }
     for (const std::string& name : names) {
         const std::size_t before = chosen.size();
         for (const Entry& entry : entries)
             if (name == entry.name) chosen.push_back(&entry);
-        if (chosen.size() == before) throw UsageError(name + " is no " + what + "; choose from " + known);
+        if (chosen.size() == before) throw UsageError(name + " is no " + what + suggestion(name, known));
     }
     return chosen;
 }

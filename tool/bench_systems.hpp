@@ -31,13 +31,11 @@ namespace jostle_tool {
 using Stages = std::vector<std::pair<std::string, double>>;
 
 /// As tables show them.
-inline std::string text_of(const Stages& stages, const std::string& between)
+inline std::string text_of(const Stages& stages)
 {
     std::string text;
     for (const auto& [name, ms] : stages) {
-        char stage[64];
-        std::snprintf(stage, sizeof stage, "%s %.3f", name.c_str(), ms);
-        text += (text.empty() ? "" : between) + stage;
+        text += (text.empty() ? "" : ", ") + name + " " + time_text(ms);
     }
     return text;
 }

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include "command_line.hpp"
 
+#include <algorithm>
 #include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
 #include "commands.hpp"
 #include "jostle/version.hpp"
 #include "options.hpp"
+#include "text.hpp"
 
 namespace jostle_tool {
 
@@ -18,14 +21,41 @@ namespace {
 constexpr const char* version = "jostle " JOSTLE_TEXT(JOSTLE_VERSION_MAJOR) "." JOSTLE_TEXT(
     JOSTLE_VERSION_MINOR) "." JOSTLE_TEXT(JOSTLE_VERSION_PATCH);
 
-std::string name_of_chosen(const CLI::App& app)
+/// The command that the arguments got to, and all that is said before what they say to it.
+struct Chosen
 {
+    CLI::App* app;
     std::string name = "jostle";
-    for (const CLI::App* chosen = &app; !chosen->get_subcommands().empty();) {
-        chosen = chosen->get_subcommands().front();
-        name += " " + chosen->get_name();
+};
+
+Chosen chosen_of(CLI::App& app)
+{
+    Chosen chosen{&app};
+    while (!chosen.app->get_subcommands().empty()) {
+        chosen.app = chosen.app->get_subcommands().front();
+        chosen.name += " " + chosen.app->get_name();
     }
-    return name;
+    return chosen;
+}
+
+/// If it wasn't understood because of an option that there isn't: what may be meant.
+std::string meant_option(const CLI::App& app)
+{
+    for (const std::string& word : app.remaining()) {
+        if (!word.starts_with("--")) continue;
+        std::vector<std::string> names;
+        for (const CLI::Option* option : app.get_options())
+            for (const std::string& name : option->get_lnames())
+                names.push_back("--" + name);
+        return suggestion(word.substr(0, word.find('=')), names);
+    }
+    return "";
+}
+
+/// What went wrong, and where help is.
+[[noreturn]] void refuse_arguments(const std::string& what, const std::string& command)
+{
+    throw UsageError(what + (what.ends_with('?') ? " See " : "; see ") + command + " --help");
 }
 
 } // namespace
@@ -69,23 +99,31 @@ void run(CLI::App& app, int argc, const char* const* argv)
             argument.empty() || (argument.starts_with("--") && argument.ends_with('=')))
             throw UsageError("argument " + std::to_string(i) + " (" + argument +
                              ") is empty; give it a value, or leave it out");
+    std::vector<const char*> arguments(argv, argv + argc);
+    if (argc > 1 && std::string(argv[1]) == "help") { // help bench world: bench world --help
+        arguments.erase(arguments.begin() + 1);
+        arguments.push_back("--help");
+    }
+    const std::string word = arguments.size() < 2 ? "" : arguments[1];
+    std::vector<std::string> names;
+    for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
+        names.push_back(command->get_name());
+    if (!word.starts_with('-') && std::find(names.begin(), names.end(), word) == names.end())
+        refuse_arguments((word.empty() ? "say what to do" : word + " is not a command") +
+                             suggestion(word, names),
+                         "jostle");
     try {
-        app.parse(argc, argv);
+        app.parse(static_cast<int>(arguments.size()), arguments.data());
     } catch (const CLI::ParseError& error) {
         if (error.get_exit_code() == 0) { // --help, --version
             app.exit(error);
             return;
         }
-        if (app.get_subcommands().empty()) {
-            std::string what = argc < 2 ? "say what to do" : std::string(argv[1]) + " is not a command";
-            const char* before = "; choose ";
-            for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
-                what += before + command->get_name();
-                before = ", ";
-            }
-            throw UsageError(what + "; see jostle --help");
-        }
-        throw UsageError(std::string(error.what()) + "; see " + name_of_chosen(app) + " --help");
+        const Chosen chosen = chosen_of(app);
+        if (chosen.app == &app)
+            refuse_arguments(word + " is not a command" + suggestion(word, {"--help", "--version"}),
+                             chosen.name);
+        refuse_arguments(error.what() + meant_option(*chosen.app), chosen.name);
     }
 }
 

@@ -325,11 +325,11 @@ double moving_share(const Motion<Dim, T>& motion)
 
 void print(const std::vector<Measured>& all)
 {
-    std::printf("  %-12s %7s %10s %9s %9s %10s %12s  %s\n", "system", "threads", "ms/frame", "min", "max",
+    std::printf("  %-12s %7s %10s %10s %10s %10s %12s  %s\n", "system", "threads", "frame", "min", "max",
                 "MB", "pairs", "");
     for (const Measured& m : all) {
         std::string remark;
-        if (m.system == "jostle" || m.system == "world") remark = text_of(typical(m.stages), ", ");
+        if (m.system == "jostle" || m.system == "world") remark = text_of(typical(m.stages));
         for (const Measured& ours : all)
             if (remark.empty() && ours.system == "jostle" && ours.threads == m.threads &&
                 ours.median_ms() > 0) {
@@ -337,9 +337,11 @@ void print(const std::vector<Measured>& all)
                 std::snprintf(text, sizeof text, "%.1f x jostle", m.median_ms() / ours.median_ms());
                 remark = text;
             }
-        std::printf("  %-12s %7u %10.3f %9.3f %9.3f %10.1f %12s  %s\n", m.system.c_str(), m.threads,
-                    m.median_ms(), *std::min_element(m.ms.begin(), m.ms.end()),
-                    *std::max_element(m.ms.begin(), m.ms.end()), static_cast<double>(m.bytes) / 1e6,
+        std::printf("  %-12s %7u %10s %10s %10s %10.1f %12s  %s\n", m.system.c_str(), m.threads,
+                    time_text(m.median_ms()).c_str(),
+                    time_text(*std::min_element(m.ms.begin(), m.ms.end())).c_str(),
+                    time_text(*std::max_element(m.ms.begin(), m.ms.end())).c_str(),
+                    static_cast<double>(m.bytes) / 1e6,
                     m.has_answer ? grouped(m.answers.back().found).c_str() : "", remark.c_str());
     }
 }

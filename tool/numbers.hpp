@@ -5,12 +5,29 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
-/// Numbers as tables and JSON show them.
+/// Numbers as arguments give them, and as tables and JSON show them.
 
 namespace jostle_tool {
+
+/// A whole number in any of the ways to write one: 250000, 250,000, 250k, 0.25M, 2.5e5. Nothing if it is
+/// none, or has more than 64 bits.
+[[nodiscard]] std::optional<std::uint64_t> read_whole(std::string_view text);
+
+/// The entries of a list with commas. Where a group of three digits begins with 0, as in 1,000,000, and all
+/// are such groups, it is one number; 100,200 are two.
+[[nodiscard]] std::vector<std::string> read_list(std::string_view text);
+
+/// A time in a unit that leaves digits to see: us below a tenth of a ms, s from a thousand on.
+[[nodiscard]] std::string time_text(double ms);
+
+/// How long what is left of a work takes if it goes on like this, `, about 12 s left`; `part` of it took so
+/// long. Nothing of a work that has hardly begun.
+[[nodiscard]] std::string time_left(double part, double seconds);
 
 /// With commas: 1,000,000.
 inline std::string grouped(std::uint64_t number)

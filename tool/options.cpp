@@ -1,24 +1,26 @@
 // SPDX-License-Identifier: MIT
 #include "options.hpp"
 
-#include <charconv>
-#include <system_error>
 #include <utility>
 
 #include <CLI/CLI.hpp>
 
 #include "commands.hpp"
+#include "numbers.hpp"
 #include "threads.hpp"
 
 namespace jostle_tool {
 
 namespace {
 
-/// An empty description keeps the range out of help: it is in the text.
-template <class Number>
-CLI::Validator range(Number least, Number most)
+/// Where every whole number of an option is read.
+std::uint64_t whole(const std::string& name, const std::string& text, std::uint64_t least, std::uint64_t most)
 {
-    return CLI::Range(least, most).description("");
+    const auto number = read_whole(text);
+    if (!number || *number < least || *number > most)
+        refuse(name,
+               text + " is not a whole number from " + std::to_string(least) + " to " + std::to_string(most));
+    return *number;
 }
 
 } // namespace
@@ -93,13 +95,7 @@ void Command::whole_number(const std::string& name, std::function<void(std::uint
     choice(
         name,
         [set = std::move(set), name, least, most](const std::string& text) {
-            std::uint64_t number = 0;
-            const char* const end = text.data() + text.size();
-            const auto result = std::from_chars(text.data(), end, number);
-            if (result.ec != std::errc() || result.ptr != end || number < least || number > most)
-                refuse(name, text + " is not a whole number from " + std::to_string(least) + " to " +
-                                 std::to_string(most));
-            set(number);
+            set(whole(name, text, least, most));
         },
         word, help);
 }
@@ -107,30 +103,26 @@ void Command::whole_number(const std::string& name, std::function<void(std::uint
 void Command::number_between(const std::string& name, double& value, double least, double most,
                              const std::string& word, const std::string& help) const
 {
-    app_->add_option(name, value, help)->check(range(least, most))->type_name(word);
+    // An empty description keeps the range out of help: it is in the text.
+    app_->add_option(name, value, help)->check(CLI::Range(least, most).description(""))->type_name(word);
 }
 
-void Command::numbers(const std::string& name, std::vector<std::uint32_t>& values, std::uint32_t least,
-                      std::uint32_t most, const std::string& word, const std::string& help) const
+void Command::whole_numbers(const std::string& name, std::function<void(std::span<const std::uint64_t>)> set,
+                            std::uint64_t least, std::uint64_t most, bool spaced, const std::string& word,
+                            const std::string& help) const
 {
-    spaced_numbers(name, values, least, most, word, help);
-    app_->get_option(name)->allow_extra_args(false);
-}
-
-void Command::numbers(const std::string& name, std::vector<std::uint64_t>& values, std::uint64_t least,
-                      std::uint64_t most, const std::string& word, const std::string& help) const
-{
-    app_->add_option(name, values, help)
-        ->delimiter(',')
-        ->allow_extra_args(false)
-        ->check(range(least, most))
+    app_->add_option_function<std::vector<std::string>>(
+            name,
+            [set = std::move(set), name, least, most](const std::vector<std::string>& texts) {
+                std::vector<std::uint64_t> numbers;
+                for (const std::string& text : texts)
+                    for (const std::string& entry : read_list(text))
+                        numbers.push_back(whole(name, entry, least, most));
+                set(numbers);
+            },
+            help)
+        ->allow_extra_args(spaced)
         ->type_name(word);
-}
-
-void Command::spaced_numbers(const std::string& name, std::vector<std::uint32_t>& values, std::uint32_t least,
-                             std::uint32_t most, const std::string& word, const std::string& help) const
-{
-    app_->add_option(name, values, help)->delimiter(',')->check(range(least, most))->type_name(word);
 }
 
 void Command::spaced_numbers(const std::string& name, std::vector<float>& values, const std::string& word,
@@ -167,6 +159,14 @@ void Command::refuse_options_before_parts() const
 bool Command::part_is_chosen() const
 {
     return !app_->get_subcommands().empty();
+}
+
+std::vector<std::string> Command::part_names() const
+{
+    std::vector<std::string> names;
+    for (const CLI::App* part : app_->get_subcommands([](const CLI::App*) { return true; }))
+        names.push_back(part->get_name());
+    return names;
 }
 
 void refuse(const std::string& option, const std::string& why)

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -55,7 +56,7 @@ class Command
     void choice(const std::string& name, std::function<void(const std::string&)> choose,
                 const std::string& word, const std::string& help) const;
 
-    /// A whole number; `value` stays as it is if it isn't given.
+    /// A whole number, written as read_whole() reads it; `value` stays as it is if it isn't given.
     template <class Number>
     void number(const std::string& name, Number& value, std::uint64_t least, std::uint64_t most,
                 const std::string& word, const std::string& help) const
@@ -70,14 +71,20 @@ class Command
     void number_between(const std::string& name, double& value, double least, double most,
                         const std::string& word, const std::string& help) const;
 
-    /// Several numbers, with commas between them.
-    void numbers(const std::string& name, std::vector<std::uint32_t>& values, std::uint32_t least,
-                 std::uint32_t most, const std::string& word, const std::string& help) const;
-    void numbers(const std::string& name, std::vector<std::uint64_t>& values, std::uint64_t least,
-                 std::uint64_t most, const std::string& word, const std::string& help) const;
+    /// Several whole numbers, with commas between them.
+    template <class Number>
+    void numbers(const std::string& name, std::vector<Number>& values, std::uint64_t least,
+                 std::uint64_t most, const std::string& word, const std::string& help) const
+    {
+        whole_numbers(name, assign_to(values), least, most, false, word, help);
+    }
     /// The same, or with spaces between them: for commands without positions.
-    void spaced_numbers(const std::string& name, std::vector<std::uint32_t>& values, std::uint32_t least,
-                        std::uint32_t most, const std::string& word, const std::string& help) const;
+    template <class Number>
+    void spaced_numbers(const std::string& name, std::vector<Number>& values, std::uint64_t least,
+                        std::uint64_t most, const std::string& word, const std::string& help) const
+    {
+        whole_numbers(name, assign_to(values), least, most, true, word, help);
+    }
     void spaced_numbers(const std::string& name, std::vector<float>& values, const std::string& word,
                         const std::string& help) const;
 
@@ -90,8 +97,22 @@ class Command
     /// are refused that stand before a part's name, and would be lost. After all of both were added.
     void refuse_options_before_parts() const;
     [[nodiscard]] bool part_is_chosen() const;
+    [[nodiscard]] std::vector<std::string> part_names() const;
 
   private:
+    template <class Number>
+    static auto assign_to(std::vector<Number>& values)
+    {
+        return [&values](std::span<const std::uint64_t> numbers) {
+            values.clear();
+            for (const std::uint64_t number : numbers)
+                values.push_back(static_cast<Number>(number));
+        };
+    }
+    void whole_numbers(const std::string& name, std::function<void(std::span<const std::uint64_t>)> set,
+                       std::uint64_t least, std::uint64_t most, bool spaced, const std::string& word,
+                       const std::string& help) const;
+
     CLI::App* app_;
 };
 

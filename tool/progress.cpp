@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <mutex>
 
+#include "numbers.hpp"
 #include "text.hpp"
 #include "tool/system/system.hpp"
 
@@ -39,9 +40,9 @@ void Progress::draw_until(std::stop_token stop)
             const double part = std::min(1.0, static_cast<double>(done_.load(std::memory_order_relaxed)) /
                                                   static_cast<double>(total_));
             const int full = static_cast<int>(part * width);
-            std::fprintf(stderr, "\r%s  [%.*s%.*s] %3.0f%%  %.0f s\x1b[K", label_.c_str(), full,
+            std::fprintf(stderr, "\r%s  [%.*s%.*s] %3.0f%%  %.0f s%s\x1b[K", label_.c_str(), full,
                          "################################", width - full, "................................",
-                         100 * part, seconds);
+                         100 * part, seconds, time_left(part, seconds).c_str());
         }
         std::fflush(stderr);
         drawn = true;

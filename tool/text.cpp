@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "text.hpp"
 
+#include <algorithm>
 #include <cstdint>
 
 namespace jostle_tool {
@@ -23,6 +24,26 @@ std::size_t shown_bytes(std::string_view text)
     const std::uint32_t least = size == 2 ? 0xa0 : size == 3 ? 0x800 : 0x10000;
     const bool surrogate = character >= 0xd800 && character < 0xe000;
     return character >= least && character <= 0x10ffff && !surrogate ? size : 0;
+}
+
+/// How many letters have to be put in, left out, replaced, or exchanged with the next one, to get from one
+/// word to another.
+std::size_t slips(std::string_view a, std::string_view b)
+{
+    std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), now(b.size() + 1);
+    for (std::size_t j = 0; j <= b.size(); ++j)
+        last[j] = j;
+    for (std::size_t i = 1; i <= a.size(); ++i) {
+        now[0] = i;
+        for (std::size_t j = 1; j <= b.size(); ++j) {
+            now[j] = std::min({last[j] + 1, now[j - 1] + 1, last[j - 1] + (a[i - 1] != b[j - 1])});
+            if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+                now[j] = std::min(now[j], before[j - 2] + 1);
+        }
+        before.swap(last);
+        last.swap(now);
+    }
+    return last[b.size()];
 }
 
 } // namespace
@@ -56,6 +77,24 @@ std::string shortened(std::string_view text, std::size_t longest)
 std::string quote(std::string_view text)
 {
     return '"' + shortened(text) + '"';
+}
+
+std::string suggestion(std::string_view word, const std::vector<std::string>& names)
+{
+    const std::string* best = nullptr;
+    std::string all;
+    std::size_t fewest = word.size() <= 4 ? 2 : 3; // as many are another word
+    for (const std::string& name : names) {
+        all += (all.empty() ? "" : ", ") + name;
+        // A word that is cut off is like the whole one.
+        const bool cut = word.size() > 2 && name.starts_with(word);
+        const std::size_t count = cut ? 1 : word.size() > 40 ? fewest : slips(word, name);
+        if (count < fewest) {
+            fewest = count;
+            best = &name;
+        }
+    }
+    return best != nullptr ? "; did you mean " + *best + "?" : "; choose from " + all;
 }
 
 } // namespace jostle_tool

@@ -3,6 +3,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 /// Text from files and arguments, as messages can show it.
 
@@ -17,5 +18,9 @@ namespace jostle_tool {
 
 /// The same in quotes.
 [[nodiscard]] std::string quote(std::string_view text);
+
+/// `; did you mean X?`, where X is the name most like a word that is none of them; if none is much like it,
+/// `; choose from` all of them.
+[[nodiscard]] std::string suggestion(std::string_view word, const std::vector<std::string>& names);
 
 } // namespace jostle_tool

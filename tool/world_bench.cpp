@@ -642,7 +642,7 @@ class Table : public BenchTable
         if (!answered_) answer_ = m.answer;
         answered_ = true;
         if (shown()) {
-            std::string remark = m.stages.empty() ? "" : " " + text_of(m.stages, " ");
+            std::string remark = m.stages.empty() ? "" : " " + text_of(m.stages);
             if (m.bytes != 0) remark += " bytes " + grouped(m.bytes);
             std::printf("%-10s %10s %7u  %-10s %10.4f %9.4f %9.4f %9.4f %11s %s\n", scene.name,
                         grouped(n).c_str(), threads, system.c_str(), median(m.ms), at(0), at(0.99), at(1),

@@ -152,7 +152,7 @@ TEST_F(Commands, BenchTakesOtherDimensionsTypesAndInstructionSets)
 
 TEST_F(Commands, BenchSaysWhatIsWrongInOneLine)
 {
-    expect_usage_error(run("bench unifrom"), "there is no scene 'unifrom'; there are uniform, dense");
+    expect_usage_error(run("bench unifrom"), "there is no scene 'unifrom'; did you mean uniform?");
     expect_usage_error(run("bench -n 0"), "-n");
     expect_usage_error(run("bench -n 1000,many"), "-n");
     expect_usage_error(run("bench --threads 0"), "--threads");

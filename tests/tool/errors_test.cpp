@@ -286,14 +286,24 @@ TEST_F(Errors, Options)
     const std::string see = "; see jostle pairs --help";
     expect_error({"pairs"}, "FILE is required" + see);
     expect_error({"pairs", "b.csv", "c.csv"}, "The following argument was not expected: c.csv" + see);
-    expect_error({"pairs", "b.csv", "--fast"}, "The following argument was not expected: --fast" + see);
+    expect_error(
+        {"pairs", "b.csv", "--fast"},
+        "The following argument was not expected: --fast; choose from --help, --output, --stats, --engine, "
+        "--threads, --parts, --frame" +
+            see);
+    expect_error(
+        {"pairs", "b.csv", "--stat"},
+        "The following argument was not expected: --stat; did you mean --stats? See jostle pairs --help");
+    expect_error(
+        {"pairs", "b.csv", "--frmae=1"},
+        "The following argument was not expected: --frmae=1; did you mean --frame? See jostle pairs --help");
     expect_error({"pairs", "b.csv", "--engine", "slow"},
                  "--engine: slow is not known; choose default, chapter or brute" + see);
     expect_error({"pairs", "b.csv", "--threads", "0"},
                  "--threads: 0 is not a whole number from 1 to 1024" + see);
     expect_error({"pairs", "b.csv", "--threads", "1025"},
                  "--threads: 1025 is not a whole number from 1 to 1024" + see);
-    for (const std::string bad : {"many", "2.5", "-1", "99999999999999999999"}) {
+    for (const std::string bad : {"many", "2.5", "-1", "99999999999999999999", "1e99", "1,00", "k"}) {
         expect_error({"pairs", "b.csv", "--threads", bad},
                      "--threads: " + bad + " is not a whole number from 1 to 1024" + see);
         expect_error({"pairs", "b.csv", "--frame", bad},
@@ -303,9 +313,29 @@ TEST_F(Errors, Options)
     expect_error({"bench", "--json=", "uniform"},
                  "argument 2 (--json=) is empty; give it a value, or leave it out");
     EXPECT_EQ(run({}).exit_code, 2);
-    EXPECT_TRUE(run({}).err.starts_with("jostle: say what to do; choose pairs"));
-    EXPECT_TRUE(run({"pears"}).err.starts_with("jostle: pears is not a command; choose pairs"));
-    EXPECT_EQ(run({"pears"}).exit_code, 2);
+    EXPECT_TRUE(run({}).err.starts_with("jostle: say what to do; choose from pairs"));
+    EXPECT_TRUE(run({"cherries"}).err.starts_with("jostle: cherries is not a command; choose from pairs"));
+    expect_error({"pears"}, "pears is not a command; did you mean pairs? See jostle --help");
+    expect_error({"bnech", "uniform"}, "bnech is not a command; did you mean bench? See jostle --help");
+    expect_error({"--versoin"}, "--versoin is not a command; did you mean --version? See jostle --help");
+    expect_error({"help", "pears"}, "pears is not a command; did you mean pairs? See jostle --help");
+    expect_error({"bench", "unifrom"}, "there is no scene 'unifrom'; did you mean uniform?");
+    expect_error({"bench", "wrold"}, "there is no scene 'wrold'; did you mean world?");
+    expect_error({"bench", "-n", "100,,200"},
+                 "-n:  is not a whole number from 1 to 10000000; see jostle bench --help");
+    expect_error({"bench", "-n", "100,000,20"},
+                 "-n: 000 is not a whole number from 1 to 10000000; see jostle bench --help");
+}
+
+TEST_F(Errors, HelpMayBeAskedForAsACommand)
+{
+    for (const auto& [asked, same] :
+         std::vector<std::pair<std::vector<std::string>, std::vector<std::string>>>{
+             {{"help"}, {"--help"}}, {{"help", "bench", "world"}, {"bench", "world", "--help"}}}) {
+        const Result result = run(asked);
+        EXPECT_EQ(result.exit_code, 0) << result.err;
+        EXPECT_EQ(result.out, run(same).out);
+    }
 }
 
 TEST_F(Errors, Output)

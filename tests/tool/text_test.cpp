@@ -72,4 +72,95 @@ TEST(Numbers, AreGroupedRoundedAndHex)
     EXPECT_EQ(rounded(0.12344999), 0.1234);
 }
 
+TEST(Text, WholeNumbersAreReadAsPeopleWriteThem)
+{
+    for (const char* const million : {"1000000", "1,000,000", "1000k", "1000K", "1M", "1e6", "1E6", "1e+6",
+                                      "10e5", "0.1e7", "1.0M", "0001000000", "0.001e9"})
+        EXPECT_EQ(read_whole(million), 1'000'000u) << million;
+    EXPECT_EQ(read_whole("0"), 0u);
+    EXPECT_EQ(read_whole("0e9999"), 0u);
+    EXPECT_EQ(read_whole("2.5k"), 2500u);
+    EXPECT_EQ(read_whole("12,345"), 12345u);
+    EXPECT_EQ(read_whole("18446744073709551615"), ~std::uint64_t{0});
+    EXPECT_EQ(read_whole("18446744073709551.615k"), ~std::uint64_t{0});
+    EXPECT_EQ(read_whole("18446744073709551.616k"), std::nullopt);
+    for (const char* const none : {"",
+                                   "k",
+                                   "M",
+                                   "e6",
+                                   "1e",
+                                   "1e+",
+                                   "1e-3",
+                                   "1e6x",
+                                   "1kk",
+                                   "1 k",
+                                   "1.5",
+                                   "1.",
+                                   ".5k",
+                                   "1.k",
+                                   "1.2345k",
+                                   "1.2.3M",
+                                   "-1",
+                                   "+1",
+                                   "-1k",
+                                   "1,00",
+                                   "1,0000",
+                                   "0,001",
+                                   ",100",
+                                   "1,",
+                                   "1000,000",
+                                   "1,000k",
+                                   "18446744073709551616",
+                                   "1e20",
+                                   "1e99999999999999999999",
+                                   "1e4294967296",
+                                   "0x10",
+                                   "inf"})
+        EXPECT_EQ(read_whole(none), std::nullopt) << none;
+    for (const std::uint64_t number : {1u, 999u, 1000u, 123456u, 98765432u})
+        EXPECT_EQ(read_whole(grouped(number)), number);
+}
+
+TEST(Text, ListsHaveCommasAsGroupsOfDigitsHave)
+{
+    using List = std::vector<std::string>;
+    EXPECT_EQ(read_list("1000"), List{"1000"});
+    EXPECT_EQ(read_list("1,000,000"), List{"1000000"});
+    EXPECT_EQ(read_list("10,000"), List{"10000"});
+    EXPECT_EQ(read_list("100,200"), (List{"100", "200"}));
+    EXPECT_EQ(read_list("1,2,4"), (List{"1", "2", "4"}));
+    EXPECT_EQ(read_list("10k,1M"), (List{"10k", "1M"}));
+    EXPECT_EQ(read_list("1,,2,"), (List{"1", "", "2", ""}));
+    EXPECT_EQ(read_list(""), List{""});
+}
+
+TEST(Text, TimesHaveDigitsToSee)
+{
+    EXPECT_EQ(time_text(0), "0.0 us");
+    EXPECT_EQ(time_text(0.00043), "0.4 us");
+    EXPECT_EQ(time_text(0.0354), "35.4 us");
+    EXPECT_EQ(time_text(0.1), "0.100 ms");
+    EXPECT_EQ(time_text(12.3456), "12.346 ms");
+    EXPECT_EQ(time_text(1500), "1.50 s");
+    EXPECT_EQ(time_left(0.25, 4), ", about 12 s left");
+    EXPECT_EQ(time_left(0.1, 100), ", about 15 min left");
+    EXPECT_EQ(time_left(0.01, 4), "");
+    EXPECT_EQ(time_left(1, 4), "");
+}
+
+TEST(Text, SuggestsWhatIsMostLikeAWord)
+{
+    const std::vector<std::string> names = {"pairs", "bench", "distribute", "distances"};
+    EXPECT_EQ(suggestion("bnech", names), "; did you mean bench?");
+    EXPECT_EQ(suggestion("benhc", names), "; did you mean bench?");
+    EXPECT_EQ(suggestion("pair", names), "; did you mean pairs?");
+    EXPECT_EQ(suggestion("pears", names), "; did you mean pairs?");
+    EXPECT_EQ(suggestion("dist", names), "; did you mean distribute?");
+    EXPECT_EQ(suggestion("distence", names), "; did you mean distances?");
+    EXPECT_EQ(suggestion("xyz", names), "; choose from pairs, bench, distribute, distances");
+    EXPECT_EQ(suggestion("", names), "; choose from pairs, bench, distribute, distances");
+    EXPECT_EQ(suggestion(std::string(100'000, 'b'), names),
+              "; choose from pairs, bench, distribute, distances");
+}
+
 } // namespace
