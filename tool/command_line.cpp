@@ -9,6 +9,7 @@
 
 #include "commands.hpp"
 #include "jostle/version.hpp"
+#include "manual.hpp"
 #include "options.hpp"
 #include "text.hpp"
 
@@ -78,6 +79,7 @@ void add_commands(CLI::App& app)
     add_replay_command(command);
     add_report_command(command);
     add_distribute_command(command);
+    add_manual_command(app);
     app.footer(R"(Examples:
   jostle pairs boxes.csv            the touching pairs of a file of boxes
   jostle bench uniform -n 1000000   how long a million boxes take

@@ -20,7 +20,7 @@ namespace jostle_tool {
 /// live as long as the command.
 ///
 /// It hides the library that reads arguments, which takes longer to compile than most commands: only
-/// options.cpp and command_line.cpp include that.
+/// options.cpp, command_line.cpp and manual.cpp include that.
 class Command
 {
   public:
