@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# tests/tool/run_answers.sh SOURCE SCRATCH: ./run --help, ./run help and a command that there isn't are answered
-# where nothing can be installed or built, and build nothing.
+# tests/tool/run_answers.sh SOURCE SCRATCH: ./run --help, ./run help and a command that there isn't are
+# answered where nothing can be installed or built, and build nothing.
 set -uo pipefail
 source=$1 scratch=$2
 rm -rf "$scratch"

@@ -34,8 +34,8 @@ def is_weak(given: Any) -> bool:
 
 
 def floats(given: Any, name: str, dtype: Any = None) -> np.ndarray:
-    """float32 or float64, or `dtype` if given; without a copy if the array already has that type. Whole numbers are taken if
-    they stay what they are: as `dtype`, or as float64."""
+    """float32 or float64, or `dtype` if given; without a copy if the array already has that type. Whole
+    numbers are taken if they stay what they are: as `dtype`, or as float64."""
     weak = is_weak(given)
     out = array(given)
     if out.dtype.kind in "iu":
