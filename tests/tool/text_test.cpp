@@ -153,6 +153,8 @@ TEST(Text, SuggestsWhatIsMostLikeAWord)
     const std::vector<std::string> names = {"pairs", "bench", "distribute", "distances"};
     EXPECT_EQ(suggestion("bnech", names), "; did you mean bench?");
     EXPECT_EQ(suggestion("benhc", names), "; did you mean bench?");
+    EXPECT_EQ(suggestion("dmeo", {"demo"}), "; did you mean demo?"); // of four letters one slip counts
+    EXPECT_EQ(suggestion("dxxo", {"demo"}), "; choose from demo");
     EXPECT_EQ(suggestion("pair", names), "; did you mean pairs?");
     EXPECT_EQ(suggestion("pears", names), "; did you mean pairs?");
     EXPECT_EQ(suggestion("dist", names), "; did you mean distribute?");
