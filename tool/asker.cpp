@@ -12,8 +12,8 @@
 namespace jostle_tool {
 
 using jostle::Aabb3f;
-using jostle_bench::QuestionKind;
-using jostle_bench::Questions;
+using jostle_bench::QueryKind;
+using jostle_bench::Queries;
 
 namespace {
 
@@ -39,39 +39,39 @@ Asker::Asker(std::span<const Aabb3f> boxes, std::uint64_t seed) : boxes_(boxes),
         world_ = std::max(world_, edge);
 }
 
-Questions Asker::make(const QuestionBatch& batch)
+Queries Asker::make(const QueryBatch& batch)
 {
-    Questions questions;
-    for (std::uint32_t i = 0; i < batch.questions; ++i) {
+    Queries queries;
+    for (std::uint32_t i = 0; i < batch.queries; ++i) {
         float at[3], along[3];
         place(at);
         direction(along);
         switch (batch.kind) {
-        case QuestionKind::first:
-        case QuestionKind::all:
-            questions.rays.push_back({{at[0], at[1], at[2]}, {along[0], along[1], along[2]}, world_ / 2});
+        case QueryKind::first:
+        case QueryKind::all:
+            queries.rays.push_back({{at[0], at[1], at[2]}, {along[0], along[1], along[2]}, world_ / 2});
             break;
-        case QuestionKind::sweep: {
+        case QueryKind::sweep: {
             const float far = world_ / 10;
-            questions.sweeps.push_back(
+            queries.sweeps.push_back(
                 {around(at, 0.5f), {along[0] * far, along[1] * far, along[2] * far}, 1.0f});
             break;
         }
-        case QuestionKind::box:
-            questions.boxes.push_back(around(at, batch.size > 0 ? batch.size / 2 : world_ / 10));
+        case QueryKind::box:
+            queries.boxes.push_back(around(at, batch.size > 0 ? batch.size / 2 : world_ / 10));
             break;
-        case QuestionKind::sphere:
-            questions.spheres.push_back({{at[0], at[1], at[2]}, 5});
+        case QueryKind::sphere:
+            queries.spheres.push_back({{at[0], at[1], at[2]}, 5});
             break;
-        case QuestionKind::nearest:
-            questions.nearest.push_back({{at[0], at[1], at[2]}, static_cast<std::uint32_t>(batch.size)});
+        case QueryKind::nearest:
+            queries.nearest.push_back({{at[0], at[1], at[2]}, static_cast<std::uint32_t>(batch.size)});
             break;
-        case QuestionKind::frustum:
-            questions.frustums.push_back(view(at, along));
+        case QueryKind::frustum:
+            queries.frustums.push_back(view(at, along));
             break;
         }
     }
-    return questions;
+    return queries;
 }
 
 void Asker::place(float* at)
@@ -125,13 +125,13 @@ std::array<jostle::Plane3f, 6> Asker::view(const float* at, const float* along) 
 }
 
 #ifdef JOSTLE_WITH_PEERS
-AskedPeer::AskedPeer(const jostle_bench::QuestionPeer& peer, const QuestionBatch& batch,
-                     const Questions& questions, std::uint32_t threads)
+AskedPeer::AskedPeer(const jostle_bench::QueryPeer& peer, const QueryBatch& batch,
+                     const Queries& queries, std::uint32_t threads)
     : peer_(peer),
       batch_(batch),
-      questions_(questions),
+      queries_(queries),
       threads_(threads),
-      found_((batch.questions + per_claim - 1) / per_claim, jostle_bench::Findings(!batch.only_count))
+      found_((batch.queries + per_claim - 1) / per_claim, jostle_bench::Findings(!batch.only_count))
 {
 }
 
@@ -141,9 +141,9 @@ void AskedPeer::ask()
         tbb::parallel_for(std::size_t{0}, found_.size(), [&](std::size_t claim) {
             found_[claim].clear();
             const auto begin = static_cast<std::uint32_t>(claim) * per_claim;
-            for (std::uint32_t i = begin; i < std::min(batch_.questions, begin + per_claim); ++i) {
-                peer_.ask(batch_.kind, questions_, i, found_[claim]);
-                found_[claim].end_question();
+            for (std::uint32_t i = begin; i < std::min(batch_.queries, begin + per_claim); ++i) {
+                peer_.ask(batch_.kind, queries_, i, found_[claim]);
+                found_[claim].end_query();
             }
         });
     });

@@ -6,27 +6,27 @@
 #include <span>
 #include <vector>
 
-#include "bench/question_peers.hpp"
+#include "bench/query_peers.hpp"
 #include "tool/scenes/random.hpp"
 
 /// What the benchmarks ask about boxes, and how other systems are asked it.
 namespace jostle_tool {
 
-/// Questions of one kind, asked together.
-struct QuestionBatch
+/// Queries of one kind, asked together.
+struct QueryBatch
 {
-    jostle_bench::QuestionKind kind;
-    std::uint32_t questions;
+    jostle_bench::QueryKind kind;
+    std::uint32_t queries;
     float size = 0; ///< a box's edge, 0 for a fifth of the world's; how many are the nearest
     bool only_count = false;
 };
 
-/// Makes questions near objects chosen at random: where there is something to find.
+/// Makes queries near objects chosen at random: where there is something to find.
 class Asker
 {
   public:
     Asker(std::span<const jostle::Aabb3f> boxes, std::uint64_t seed);
-    [[nodiscard]] jostle_bench::Questions make(const QuestionBatch& batch);
+    [[nodiscard]] jostle_bench::Queries make(const QueryBatch& batch);
 
   private:
     void place(float* at);
@@ -43,17 +43,17 @@ class Asker
 class AskedPeer
 {
   public:
-    AskedPeer(const jostle_bench::QuestionPeer& peer, const QuestionBatch& batch,
-              const jostle_bench::Questions& questions, std::uint32_t threads);
+    AskedPeer(const jostle_bench::QueryPeer& peer, const QueryBatch& batch,
+              const jostle_bench::Queries& queries, std::uint32_t threads);
     void ask();
     /// To what was asked last.
     [[nodiscard]] jostle_bench::Answers answers() const;
 
   private:
     static constexpr std::uint32_t per_claim = 32;
-    const jostle_bench::QuestionPeer& peer_;
-    const QuestionBatch& batch_;
-    const jostle_bench::Questions& questions_;
+    const jostle_bench::QueryPeer& peer_;
+    const QueryBatch& batch_;
+    const jostle_bench::Queries& queries_;
     std::uint32_t threads_;
     std::vector<jostle_bench::Findings> found_;
 };

@@ -405,7 +405,7 @@ Examples:
   jostle bench uniform -n 1000,10000 --engine chapter
   jostle bench --peers --report report.html       beside other systems, with plots
   jostle bench world                              objects that move and rest, and events
-  jostle bench questions                          rays, regions, nearest objects
+  jostle bench queries                          rays, regions, nearest objects
   jostle bench contacts                           where shapes touch, pair by pair
   jostle bench distances                          how far shapes are apart, and when they meet
   jostle bench plane                              distances and contacts of shapes in 2D
@@ -437,7 +437,7 @@ void add_bench_command(const Command& app)
     command.text("--report", options->report, "FILE",
                  "Write tables and plots as one HTML page; wants gnuplot");
     add_bench_world_command(command);
-    add_bench_questions_command(command);
+    add_bench_queries_command(command);
     add_bench_contacts_command(command);
     add_bench_distances_command(command);
     add_bench_plane_command(command);

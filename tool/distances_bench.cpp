@@ -268,14 +268,14 @@ void run(const BenchOptions& options)
 
 void add_bench_distances_command(const Command& bench)
 {
-    add_pair_questions(
+    add_pair_queries(
         bench, "distances",
         "How long the distance of two shapes takes, whether they touch, and when they will",
         R"(Pairs: of spheres, capsules, boxes, cylinders, cones, ellipsoids, hulls of 24 corners, and closed
 meshes of 1936 (link) and 50,176 triangles (mesh). Bodies are about 1 m, in double; gaps are spread from 0.02 to
 0.5 m, and the greatest distance asked for is open. One thread.
 
-Questions: distance, touching, overlap, depth and impact (both turn by 1 radian, b comes towards a) one pair at a
+Queries: distance, touching, overlap, depth and impact (both turn by 1 radian, b comes towards a) one pair at a
 time; distances all at once. For overlap, which is touching where the answer is yes, and depth, b is moved along
 the gap until both overlap by 0.01 to 0.1 m; the depth of meshes is that of the two triangles that overlap
 deepest, as each system defines it. Jostle's depth is the least one, which FCL has in another way: least depth.

@@ -12,12 +12,12 @@
 #include "numbers.hpp"
 #include "turns.hpp"
 
-/// How `jostle bench distances` and `jostle bench plane` time questions about pairs, and show the times.
+/// How `jostle bench distances` and `jostle bench plane` time queries about pairs, and show the times.
 
 namespace jostle_tool {
 
-/// A part about questions, and the options of such; the last three are of help.
-inline void add_pair_questions(const Command& bench, const std::string& name, const std::string& summary,
+/// A part about queries, and the options of such; the last three are of help.
+inline void add_pair_queries(const Command& bench, const std::string& name, const std::string& summary,
                                const std::string& footer, void (*run)(const BenchOptions&),
                                const std::string& pairs, const std::string& seed, const std::string& peers)
 {
@@ -38,7 +38,7 @@ class PairTimings : public BenchTable
     explicit PairTimings(const BenchOptions& options) : BenchTable(options), repetitions_(options.frames)
     {
         if (shown())
-            std::printf("%-19s %-11s %6s  %-8s %11s %11s %11s %14s\n", "pair", "question", "pairs", "system",
+            std::printf("%-19s %-11s %6s  %-8s %11s %11s %11s %14s\n", "pair", "query", "pairs", "system",
                         "ns/pair", "min", "max", "mean answer");
     }
     /// So many pairs, of which the next rows are.
@@ -49,10 +49,10 @@ class PairTimings : public BenchTable
     }
     /// A row of answers that ask(i) gives one by one. Returns the median ns, to be others' reference.
     template <class Ask>
-    double one_by_one(const char* system, const char* question, double reference_ns, const Ask& ask)
+    double one_by_one(const char* system, const char* query, double reference_ns, const Ask& ask)
     {
         return together(
-            system, question, reference_ns,
+            system, query, reference_ns,
             [&] {
                 for (std::size_t i = 0; i < answers_.size(); ++i)
                     answers_[i] = static_cast<double>(ask(i));
@@ -61,7 +61,7 @@ class PairTimings : public BenchTable
     }
     /// The same of all that ask() gives at once, and `tell` says afterwards.
     template <class Ask, class Tell>
-    double together(const char* system, const char* question, double reference_ns, const Ask& ask,
+    double together(const char* system, const char* query, double reference_ns, const Ask& ask,
                     const Tell& tell)
     {
         std::vector<double> ns = sorted_times(1, repetitions_, [](std::uint32_t) {}, ask);
@@ -71,24 +71,24 @@ class PairTimings : public BenchTable
         double sum = 0;
         for (const double answer : answers_)
             sum += answer;
-        add_row(system, question, ns, sum / static_cast<double>(answers_.size()), reference_ns);
+        add_row(system, query, ns, sum / static_cast<double>(answers_.size()), reference_ns);
         return median(ns);
     }
 
   private:
-    void add_row(const char* system, const char* question, const std::vector<double>& ns, double mean,
+    void add_row(const char* system, const char* query, const std::vector<double>& ns, double mean,
                  double reference_ns)
     {
         add({{"system", system},
              {"pair", pair_},
-             {"question", question},
+             {"query", query},
              {"pairs", answers_.size()},
              {"median_ns", std::round(median(ns) * 10) / 10},
              {"min_ns", std::round(ns.front() * 10) / 10},
              {"max_ns", std::round(ns.back() * 10) / 10},
              {"mean", rounded(mean)}});
         if (!shown()) return;
-        std::printf("%-19s %-11s %6zu  %-8s %11.1f %11.1f %11.1f %14.6f", pair_, question, answers_.size(),
+        std::printf("%-19s %-11s %6zu  %-8s %11.1f %11.1f %11.1f %14.6f", pair_, query, answers_.size(),
                     system, median(ns), ns.front(), ns.back(), mean);
         if (reference_ns > 0) std::printf("   %.1fx", median(ns) / reference_ns);
         std::printf("\n");

@@ -639,7 +639,7 @@ Parts run_boxes(const BenchOptions& options, jostle::Executor& executor)
     };
     const std::vector<Aabb3f> crowd = cubes(80'000, 0.4f, 2), one = {{{1, 1, 1}, {1.4f, 1.4f, 1.4f}}};
     const float world = 60 * std::cbrt(static_cast<float>(options.scale));
-    const std::vector<Aabb3f> objects = cubes(220'000, 0.5f, world), questions = cubes(20'000, 4.7f, world);
+    const std::vector<Aabb3f> objects = cubes(220'000, 0.5f, world), queries = cubes(20'000, 4.7f, world);
     std::vector<Aabb3f> boxes = objects;
     std::vector<std::uint32_t> ids;
     for (std::uint32_t i = 0; i < boxes.size(); ++i)
@@ -668,12 +668,12 @@ Parts run_boxes(const BenchOptions& options, jostle::Executor& executor)
         timed(parts[4],
               [&] { index.move(std::span(ids).first(few), std::span<const Aabb3f>(objects).first(few)); });
         index.build(objects);
-        timed(parts[5], [&] { index.join(questions, joined); });
+        timed(parts[5], [&] { index.join(queries, joined); });
         parts[5].answer = static_cast<double>(joined.size());
-        timed(parts[6], [&] { index.all(std::span<const Aabb3f>(questions), lists); });
+        timed(parts[6], [&] { index.all(std::span<const Aabb3f>(queries), lists); });
         parts[6].answer = static_cast<double>(lists.items().size());
         timed(parts[7],
-              [&] { parts[7].answer = static_cast<double>(finder.find(questions, objects).size()); });
+              [&] { parts[7].answer = static_cast<double>(finder.find(queries, objects).size()); });
         boxes = objects;
     }
     if (parts[0].answer != parts[1].answer || parts[5].answer != parts[6].answer ||
@@ -807,7 +807,7 @@ void add_bench_programs_command(const Command& bench)
 Each row is one part of a program, once: a tick's moves with their events, who sees whom, shots; a search for a
 Verlet list, forces summed up; what touches the rock, the arm itself, the first link that does, distances. The
 total is the sum of the parts that all systems may have; beside it stands how many times ours of the same parts it
-is. The boxes are the questions on which time once grew beyond all bounds.
+is. The boxes are the queries on which time once grew beyond all bounds.
 
 Peers, on one thread: Bullet's trees and FCL's (server); linked cells, Bullet's trees and FCL's with images of the
 balls near the ends of an axis, and a plain loop (grains); Bullet and FCL pair after pair (planner; measured once).

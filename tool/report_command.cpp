@@ -148,7 +148,7 @@ jostle_bench::ReportTable table_of(const std::string& title, const std::vector<J
         if (!(value > 0) || !std::isfinite(value)) continue;
         // What was asked stands below the bar, what it was asked of above the plot.
         jostle_bench::ReportTable::Bar bar{"", "", "", value};
-        for (const char* name : {"question", "pair", "part", "program", "what", "scene"})
+        for (const char* name : {"query", "pair", "part", "program", "what", "scene"})
             if (row.contains(name) && row[name].is_string()) {
                 if (bar.label.empty())
                     bar.label = row[name];

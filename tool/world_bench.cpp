@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// jostle bench world: what an update of a world costs in which some objects move, and questions right after
+// jostle bench world: what an update of a world costs in which some objects move, and queries right after
 // one; ours and other systems'.
 #include <algorithm>
 #include <cstdio>
@@ -28,7 +28,7 @@ namespace {
 
 using jostle::Aabb3f;
 using jostle::ObjectId;
-using jostle_bench::QuestionKind;
+using jostle_bench::QueryKind;
 
 struct SceneInfo
 {
@@ -38,7 +38,7 @@ struct SceneInfo
     const char* summary;
     std::uint64_t objects;                   // 0: those given with -n
     std::uint64_t movers;                    // 0: as many as the scene says
-    std::optional<QuestionBatch> asked = {}; // not the update is timed, but this, asked after each
+    std::optional<QueryBatch> asked = {}; // not the update is timed, but this, asked after each
 };
 constexpr SceneInfo scenes[] = {
     {"resting", "a twentieth of the boxes moves", 0, 0},
@@ -55,15 +55,15 @@ constexpr SceneInfo scenes[] = {
     {"rollback",
      "100,000 boxes, of which 1,000 move; each frame is saved, goes back to the last and again to it",
      100'000, 1'000},
-    {"rays", "as resting; timed are 4,000 questions after each update: the first box along a ray", 0, 0,
-     QuestionBatch{QuestionKind::first, 4000}},
+    {"rays", "as resting; timed are 4,000 queries after each update: the first box along a ray", 0, 0,
+     QueryBatch{QueryKind::first, 4000}},
     {"overlaps", "... all boxes that touch a box of edge 10", 0, 0,
-     QuestionBatch{QuestionKind::box, 4000, 10}},
-    {"nearest", "... the 8 boxes nearest to a point", 0, 0, QuestionBatch{QuestionKind::nearest, 4000, 8}},
+     QueryBatch{QueryKind::box, 4000, 10}},
+    {"nearest", "... the 8 boxes nearest to a point", 0, 0, QueryBatch{QueryKind::nearest, 4000, 8}},
     {"masked", "... all of every eleventh box that touch a box of edge 10: a mask says which", 0, 0,
-     QuestionBatch{QuestionKind::box, 4000, 10}},
+     QueryBatch{QueryKind::box, 4000, 10}},
     {"counted", "... how many of every eleventh box do", 0, 0,
-     QuestionBatch{QuestionKind::box, 4000, 10, true}},
+     QueryBatch{QueryKind::box, 4000, 10, true}},
 };
 
 constexpr std::uint32_t warm_up = 8;
@@ -393,19 +393,19 @@ class OursSmall final : public WorldSystem
     std::uint64_t pairs_ = 0;
 };
 
-/// Questions to a world that has just been updated.
+/// Queries to a world that has just been updated.
 class OursAsked final : public WorldSystem
 {
   public:
-    OursAsked(jostle::Executor& executor, const QuestionBatch& batch,
-              const jostle_bench::Questions& questions, bool masked)
+    OursAsked(jostle::Executor& executor, const QueryBatch& batch,
+              const jostle_bench::Queries& queries, bool masked)
         : world_(executor, masked ? kinds_of_masked : 0),
           batch_(batch),
-          questions_(questions),
+          queries_(queries),
           is_masked_(masked),
           filter_{.mask = masked ? 2 : ~0u},
-          firsts_(batch.questions),
-          counts_(batch.questions)
+          firsts_(batch.queries),
+          counts_(batch.queries)
     {
     }
     void start(std::span<const Aabb3f> boxes) override { world_.start(boxes); }
@@ -420,28 +420,28 @@ class OursAsked final : public WorldSystem
         if (!is_masked_) (void)world.any(jostle::Aabb3f{}); // the first one brings the index up to date
         index_ms_ = ms_since(begin);
         switch (batch_.kind) {
-        case QuestionKind::first:
-            world.first(std::span<const jostle::Ray3f>(questions_.rays), firsts_);
+        case QueryKind::first:
+            world.first(std::span<const jostle::Ray3f>(queries_.rays), firsts_);
             break;
-        case QuestionKind::box:
+        case QueryKind::box:
             if (batch_.only_count)
-                world.count(std::span<const Aabb3f>(questions_.boxes), std::span(counts_), filter_);
+                world.count(std::span<const Aabb3f>(queries_.boxes), std::span(counts_), filter_);
             else
-                world.all(std::span<const Aabb3f>(questions_.boxes), ids_, filter_);
+                world.all(std::span<const Aabb3f>(queries_.boxes), ids_, filter_);
             break;
         default:
-            world.nearest(questions_.nearest, hits_);
+            world.nearest(queries_.nearest, hits_);
         }
     }
     Answer answer() override
     {
         jostle_bench::Answers answers;
-        for (std::size_t i = 0; i < batch_.questions; ++i) {
-            if (batch_.kind == QuestionKind::first) {
+        for (std::size_t i = 0; i < batch_.queries; ++i) {
+            if (batch_.kind == QueryKind::first) {
                 if (firsts_[i].id.generation != 0) answers.add_object(i, world_.number(firsts_[i].id));
             } else if (batch_.only_count) {
                 answers.results += counts_[i];
-            } else if (batch_.kind == QuestionKind::box) {
+            } else if (batch_.kind == QueryKind::box) {
                 for (const ObjectId id : ids_[i])
                     answers.add_object(i, world_.number(id));
             } else {
@@ -458,8 +458,8 @@ class OursAsked final : public WorldSystem
 
   private:
     Ours world_;
-    const QuestionBatch& batch_;
-    const jostle_bench::Questions& questions_;
+    const QueryBatch& batch_;
+    const jostle_bench::Queries& queries_;
     const bool is_masked_;
     const jostle::ObjectQueryFilter filter_;
     std::vector<jostle::Hit<float, jostle::ObjectId>> firsts_;
@@ -473,8 +473,8 @@ class OursAsked final : public WorldSystem
 class OwnIndex final : public WorldSystem
 {
   public:
-    OwnIndex(jostle::Executor& executor, const QuestionBatch& batch, const jostle_bench::Questions& questions)
-        : index_({.executor = &executor}), batch_(batch), questions_(questions), counts_(batch.questions)
+    OwnIndex(jostle::Executor& executor, const QueryBatch& batch, const jostle_bench::Queries& queries)
+        : index_({.executor = &executor}), batch_(batch), queries_(queries), counts_(batch.queries)
     {
     }
     void start(std::span<const Aabb3f> boxes) override
@@ -500,14 +500,14 @@ class OwnIndex final : public WorldSystem
         index_.move(moved_ids_, jostle::box_view(moved_boxes_));
         index_ms_ = ms_since(begin);
         if (batch_.only_count)
-            index_.count(std::span<const Aabb3f>(questions_.boxes), std::span(counts_));
+            index_.count(std::span<const Aabb3f>(queries_.boxes), std::span(counts_));
         else
-            index_.all(std::span<const Aabb3f>(questions_.boxes), ids_);
+            index_.all(std::span<const Aabb3f>(queries_.boxes), ids_);
     }
     Answer answer() override
     {
         jostle_bench::Answers answers;
-        for (std::size_t i = 0; i < batch_.questions; ++i) {
+        for (std::size_t i = 0; i < batch_.queries; ++i) {
             if (batch_.only_count) {
                 answers.results += counts_[i];
                 continue;
@@ -521,8 +521,8 @@ class OwnIndex final : public WorldSystem
 
   private:
     jostle::BoxIndex3f index_;
-    const QuestionBatch& batch_;
-    const jostle_bench::Questions& questions_;
+    const QueryBatch& batch_;
+    const jostle_bench::Queries& queries_;
     std::vector<std::uint32_t> moved_ids_;
     std::vector<Aabb3f> moved_boxes_;
     std::vector<std::uint64_t> counts_;
@@ -536,17 +536,17 @@ class OwnIndex final : public WorldSystem
 class PeerAsked final : public WorldSystem
 {
   public:
-    PeerAsked(std::size_t k, const QuestionBatch& batch, const jostle_bench::Questions& questions,
+    PeerAsked(std::size_t k, const QueryBatch& batch, const jostle_bench::Queries& queries,
               std::uint32_t threads)
-        : k_(k), batch_(batch), questions_(questions), threads_(threads)
+        : k_(k), batch_(batch), queries_(queries), threads_(threads)
     {
     }
     void before(std::span<const Aabb3f> boxes, std::span<const std::uint32_t>) override
     {
         asked_.reset();
-        peer_ = std::move(jostle_bench::make_question_peers()[k_]);
+        peer_ = std::move(jostle_bench::make_query_peers()[k_]);
         peer_->build(boxes);
-        asked_.emplace(*peer_, batch_, questions_, threads_);
+        asked_.emplace(*peer_, batch_, queries_, threads_);
     }
     void frame(std::span<const Aabb3f>, std::span<const std::uint32_t>) override { asked_->ask(); }
     Answer answer() override
@@ -557,10 +557,10 @@ class PeerAsked final : public WorldSystem
 
   private:
     std::size_t k_;
-    const QuestionBatch& batch_;
-    const jostle_bench::Questions& questions_;
+    const QueryBatch& batch_;
+    const jostle_bench::Queries& queries_;
     std::uint32_t threads_;
-    std::unique_ptr<jostle_bench::QuestionPeer> peer_;
+    std::unique_ptr<jostle_bench::QueryPeer> peer_;
     std::optional<AskedPeer> asked_;
 };
 #endif
@@ -625,7 +625,7 @@ class Table : public BenchTable
                     {"min_ms", at(0)},
                     {"p99_ms", at(0.99)},
                     {"max_ms", at(1)}};
-        if (scene.asked) row.set("questions", scene.asked->questions);
+        if (scene.asked) row.set("queries", scene.asked->queries);
         row.set(scene.asked ? "results" : "pairs", m.answer.found);
         row.set("checksum", hex(m.answer.checksum));
         row.set("stages", row_of(m.stages));
@@ -678,21 +678,21 @@ void measure_scene(const BenchOptions& options, const SceneInfo& info, std::uint
         };
         if (info.asked) {
             const bool masked = info.is("masked") || info.is("counted");
-            const jostle_bench::Questions questions = Asker(motion.boxes(), options.seed).make(*info.asked);
+            const jostle_bench::Queries queries = Asker(motion.boxes(), options.seed).make(*info.asked);
             {
-                OursAsked ours(threads.executor(), *info.asked, questions, masked);
+                OursAsked ours(threads.executor(), *info.asked, queries, masked);
                 one(ours, "jostle", threads.count());
             }
             if (masked) {
-                OwnIndex alone(threads.executor(), *info.asked, questions);
+                OwnIndex alone(threads.executor(), *info.asked, queries);
                 one(alone, "own index", threads.count());
             }
 #ifdef JOSTLE_WITH_PEERS
             if (!options.peers || masked) continue;
-            const auto peers = jostle_bench::make_question_peers();
+            const auto peers = jostle_bench::make_query_peers();
             for (std::size_t k = 0; k < peers.size(); ++k) {
                 if (!peers[k]->answers(info.asked->kind)) continue;
-                PeerAsked theirs(k, *info.asked, questions, threads.count());
+                PeerAsked theirs(k, *info.asked, queries, threads.count());
                 one(theirs, peers[k]->name(), threads.count());
             }
 #endif
@@ -758,9 +758,9 @@ void run(const BenchOptions& options)
 void add_bench_world_command(const Command& bench)
 {
     const auto [command, options] = add_bench_part(
-        bench, "world", "How long updates of a world take, and questions", listed("Scenes", scenes, 11) + R"(
+        bench, "world", "How long updates of a world take, and queries", listed("Scenes", scenes, 11) + R"(
 Timed is all that an update takes: handing over the boxes that moved, finding what became of their pairs, and
-the lists of pairs that began, persist and ended. Where questions are timed, so is bringing the index of the
+the lists of pairs that began, persist and ended. Where queries are timed, so is bringing the index of the
 objects that move up to date (stage index); other systems' structures are built anew outside the time. The rows
 `own index` are of an index of those alone for whom the mask asks. All must find the same: if they don't, the exit
 status is 1.

@@ -2,7 +2,7 @@
 #include <BulletCollision/BroadphaseCollision/btDbvt.h>
 
 #include "bench/program_peers.hpp"
-#include "question_parts.hpp"
+#include "query_parts.hpp"
 #include "touch_lists.hpp"
 
 namespace jostle_bench {

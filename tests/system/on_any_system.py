@@ -121,7 +121,7 @@ def cases():
     yield f"bench uniform lattice {SMALL} --dim 2 --double --engine chapter", 0, {}
     yield "bench uniform -n 300 --frames 2 --threads 2 --json rows.json", 0, {"file": "rows.json"}
     yield f"bench world moving {SMALL}", 0, {}
-    yield "bench questions -n 300 --repetitions 1 --threads 2 --json -", 0, {}
+    yield "bench queries -n 300 --repetitions 1 --threads 2 --json -", 0, {}
     yield f"bench contacts {SMALL}", 0, {}
     yield "bench responses -n 300 --frames 2 --threads 2 --json -", 0, {}
     yield "bench scenes -n 8 --boxes 16 --frames 2 --threads 2 --json -", 0, {}

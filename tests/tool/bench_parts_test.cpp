@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// jostle bench contacts, questions, responses, scenes and programs.
+// jostle bench contacts, queries, responses, scenes and programs.
 #include <map>
 #include <regex>
 #include <set>
@@ -55,7 +55,7 @@ TEST_F(ToolTest, BenchContactsFindsTheSameOnAnyThreads)
     EXPECT_LT(found["points box-box"].begin()->second, found["jostle box-box"].begin()->second);
 }
 
-/// The mean answer to each question about each pair, of a benchmark that moves shapes to gaps of 0.02 to 0.5
+/// The mean answer to each query about each pair, of a benchmark that moves shapes to gaps of 0.02 to 0.5
 /// and depths of 0.01 to 0.1.
 std::map<std::string, std::map<std::string, double>> means_of_pairs(const std::string& json)
 {
@@ -63,7 +63,7 @@ std::map<std::string, std::map<std::string, double>> means_of_pairs(const std::s
     std::map<std::string, std::map<std::string, double>> means;
     for (const auto& row : nlohmann::json::parse(json)) {
         EXPECT_GT(row["median_ns"], 0) << row;
-        means[row["pair"]][row["question"]] = row["mean"];
+        means[row["pair"]][row["query"]] = row["mean"];
     }
     for (auto& [pair, mean] : means) {
         EXPECT_EQ(mean["touching"], 0) << pair;
@@ -76,7 +76,7 @@ std::map<std::string, std::map<std::string, double>> means_of_pairs(const std::s
     return means;
 }
 
-TEST_F(ToolTest, BenchDistancesAsksSixQuestionsOfEachPair)
+TEST_F(ToolTest, BenchDistancesAsksSixQueriesOfEachPair)
 {
     const Result result = run({"bench", "distances", "-n", "40", "--repetitions", "1", "--json", "-"});
     ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -90,7 +90,7 @@ TEST_F(ToolTest, BenchDistancesAsksSixQuestionsOfEachPair)
     }
 }
 
-TEST_F(ToolTest, BenchPlaneAsksFiveQuestionsOfEachPair)
+TEST_F(ToolTest, BenchPlaneAsksFiveQueriesOfEachPair)
 {
     const Result result = run({"bench", "plane", "-n", "40", "--repetitions", "1", "--json", "-"});
     ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -117,21 +117,21 @@ TEST_F(ToolTest, BenchNeighborsFindsAsManyAsPlainCells)
     EXPECT_GT(*found["open-6"].begin(), 200'000u);
 }
 
-TEST_F(ToolTest, BenchQuestionsAnswersTheSameOnAnyThreads)
+TEST_F(ToolTest, BenchQueriesAnswersTheSameOnAnyThreads)
 {
     const Result result =
-        run({"bench", "questions", "-n", "500", "--threads", "1,2", "--repetitions", "1", "--json", "-"});
+        run({"bench", "queries", "-n", "500", "--threads", "1,2", "--repetitions", "1", "--json", "-"});
     ASSERT_EQ(result.exit_code, 0) << result.err;
     expect_rounded(result.out);
     std::map<std::string, std::set<std::string>> answers;
     for (const auto& row : nlohmann::json::parse(result.out)) {
-        if (row["question"] == "build" || row["question"] == "join") continue;
+        if (row["query"] == "build" || row["query"] == "join") continue;
         EXPECT_GT(row["results"], 100) << row;
-        answers[row["question"]].insert(std::string(row["checksum"]) + " of " + row["results"].dump());
+        answers[row["query"]].insert(std::string(row["checksum"]) + " of " + row["results"].dump());
     }
     EXPECT_EQ(answers.size(), 13u);
-    for (const auto& [question, sums] : answers)
-        EXPECT_EQ(sums.size(), 1u) << question;
+    for (const auto& [query, sums] : answers)
+        EXPECT_EQ(sums.size(), 1u) << query;
 }
 
 TEST_F(ToolTest, BenchResponsesMeasuresBothParts)
@@ -221,22 +221,22 @@ TEST_F(ToolTest, BenchDistancesOfPeersAreNearOurs)
     std::map<std::string, double> ours;
     std::map<std::string, int> rows;
     for (const auto& row : nlohmann::json::parse(result.out)) {
-        const std::string pair = row["pair"], question = row["question"];
+        const std::string pair = row["pair"], query = row["query"];
         ++rows[row["system"]];
         if (row["system"] == "jostle") {
-            ours[pair + question] = row["mean"];
+            ours[pair + query] = row["mean"];
             continue;
         }
-        if (question == "least depth") { // which Jostle's depth always is
+        if (query == "least depth") { // which Jostle's depth always is
             EXPECT_NEAR(row["mean"], ours[pair + "depth"], 1e-4) << row;
             continue;
         }
         // A depth of two triangles is what a system takes for one.
-        if (question == "depth" && pair.find("mesh") + pair.find("link") != 2 * std::string::npos) {
+        if (query == "depth" && pair.find("mesh") + pair.find("link") != 2 * std::string::npos) {
             EXPECT_GT(row["mean"], 0) << row;
         } else {
             // Bullet and libccd, FCL's solver, come less near to curved surfaces, and to depths.
-            EXPECT_NEAR(row["mean"], ours[pair + question], question == "depth" ? 0.012 : 2e-3) << row;
+            EXPECT_NEAR(row["mean"], ours[pair + query], query == "depth" ? 0.012 : 2e-3) << row;
         }
     }
     EXPECT_EQ(rows, (std::map<std::string, int>{{"jostle", 102}, {"bullet", 48}, {"fcl", 81}}));
@@ -253,14 +253,14 @@ TEST_F(ToolTest, BenchPartsNameWhatTheyDontKnow)
     EXPECT_NE(contacts.err.find("egg-egg is no pair of shapes that is measured; choose from sphere-sphere"),
               std::string::npos)
         << contacts.err;
-    const Result questions = run({"bench", "questions", "nowhere"});
-    EXPECT_EQ(questions.exit_code, 2);
-    EXPECT_NE(questions.err.find("nowhere"), std::string::npos) << questions.err;
+    const Result queries = run({"bench", "queries", "nowhere"});
+    EXPECT_EQ(queries.exit_code, 2);
+    EXPECT_NE(queries.err.find("nowhere"), std::string::npos) << queries.err;
 }
 
 TEST_F(ToolTest, BenchPartsRefuseWhatStandsBeforeThem)
 {
-    for (const std::string part : {"world", "questions", "contacts", "distances", "plane", "neighbors",
+    for (const std::string part : {"world", "queries", "contacts", "distances", "plane", "neighbors",
                                    "responses", "scenes", "programs"})
         for (const std::vector<std::string>& before : {std::vector<std::string>{"-n", "100"},
                                                        {"uniform"},

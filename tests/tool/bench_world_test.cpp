@@ -52,13 +52,13 @@ TEST_F(ToolTest, BenchWorldAsksAboutWhereTheBoxesAreNow)
     // A BoxIndex of the scene's boxes after as many steps, asked the same.
     jostle_scenes::Scene<3, float> scene("resting", 700, 1);
     jostle_tool::Asker asker(scene.boxes(), 1);
-    const jostle_bench::Questions questions = asker.make({jostle_bench::QuestionKind::first, 4000});
+    const jostle_bench::Queries queries = asker.make({jostle_bench::QueryKind::first, 4000});
     for (int step = 0; step < 8; ++step)
         scene.step();
     jostle::BoxIndex3f index;
     index.build(scene.boxes());
     std::vector<jostle::Hit<float>> hits(4000);
-    index.first(std::span<const jostle::Ray3f>(questions.rays), std::span(hits));
+    index.first(std::span<const jostle::Ray3f>(queries.rays), std::span(hits));
     jostle_bench::Answers expected;
     for (std::size_t i = 0; i < hits.size(); ++i)
         if (hits[i].id != hits[i].none) expected.add_object(i, hits[i].id);
@@ -68,7 +68,7 @@ TEST_F(ToolTest, BenchWorldAsksAboutWhereTheBoxesAreNow)
     const nlohmann::json rows = nlohmann::json::parse(result.out);
     EXPECT_EQ(rows.size(), 6u);
     for (const auto& row : rows) {
-        EXPECT_EQ(row["questions"], 4000);
+        EXPECT_EQ(row["queries"], 4000);
         EXPECT_GT(row["results"], 1000) << row;
         EXPECT_LE(row["median_ms"], row["p99_ms"]);
         EXPECT_GT(row["stages"]["update"], 0) << row;
@@ -107,7 +107,7 @@ TEST_F(ToolTest, BenchWorldNamesWhatItDoesntKnow)
         << result.err;
 }
 
-TEST_F(ToolTest, BenchWorldMakesSmallWorldsAndMasksQuestions)
+TEST_F(ToolTest, BenchWorldMakesSmallWorldsAndMasksQueries)
 {
     const Result result = run({"bench", "world", "small", "others", "same", "few", "overlaps", "masked",
                                "counted", "-n", "3000", "--threads", "1,2", "--frames", "3", "--json", "-"});

@@ -33,7 +33,7 @@ TEST_F(Report, ReadsWhatEveryBenchmarkWrites)
     const std::vector<std::pair<std::string, std::vector<std::string>>> commands = {
         {"frames.json", {"bench", "uniform", "mixed", "-n", "200,400", "--frames", "2"}},
         {"world.json", {"bench", "world", "resting", "-n", "200", "--frames", "2"}},
-        {"questions.json", {"bench", "questions", "-n", "200", "--repetitions", "1"}},
+        {"queries.json", {"bench", "queries", "-n", "200", "--repetitions", "1"}},
         {"contacts.json", {"bench", "contacts", "-n", "50", "--frames", "1"}},
         {"falling.json", {"simulate", "-n", "50", "--frames", "3"}}};
     std::vector<std::string> files;
@@ -117,7 +117,7 @@ TEST_F(Report, KeepsApartWhatIsntTheSame)
 
 TEST_F(Report, RefusesWhatHoldsNoMeasurements)
 {
-    write("good.json", R"([{"system":"jostle","question":"rays","us_each":1}])");
+    write("good.json", R"([{"system":"jostle","query":"rays","us_each":1}])");
     const std::string deep = "{\"a\":" + std::string(200'000, '[') + std::string(200'000, ']') + "}";
     for (const std::string& text : {std::string(), std::string("[]"), std::string("5"), std::string("[5]"),
                                     std::string("{\"a\":"), std::string("[[]]"), std::string("\xff"), deep}) {

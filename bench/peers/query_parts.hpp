@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "bench/question_peers.hpp"
+#include "bench/query_peers.hpp"
 
 namespace jostle_bench {
 
@@ -11,8 +11,8 @@ namespace jostle_bench {
 class NearestSoFar
 {
   public:
-    explicit NearestSoFar(const jostle::Nearest<3, float>& question)
-        : count_(question.count), limit_(question.max_distance * question.max_distance)
+    explicit NearestSoFar(const jostle::Nearest<3, float>& query)
+        : count_(query.count), limit_(query.max_distance * query.max_distance)
     {
     }
     /// Squared; nothing further away matters.
@@ -57,9 +57,9 @@ struct FirstSoFar
     }
 };
 
-std::unique_ptr<QuestionPeer> make_embree_questions();
-std::unique_ptr<QuestionPeer> make_bullet_questions();
-std::unique_ptr<QuestionPeer> make_fcl_questions();
-std::unique_ptr<QuestionPeer> make_boost_questions();
+std::unique_ptr<QueryPeer> make_embree_queries();
+std::unique_ptr<QueryPeer> make_bullet_queries();
+std::unique_ptr<QueryPeer> make_fcl_queries();
+std::unique_ptr<QueryPeer> make_boost_queries();
 
 } // namespace jostle_bench

@@ -4,14 +4,14 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "question_parts.hpp"
+#include "query_parts.hpp"
 
 namespace jostle_bench {
 namespace {
 
-/// Embree 3.13: one user geometry, built at RTC_BUILD_QUALITY_HIGH. It has no question for a box: a point
+/// Embree 3.13: one user geometry, built at RTC_BUILD_QUALITY_HIGH. It has no query for a box: a point
 /// query with the sphere around the box stands in.
-class Embree final : public QuestionPeer
+class Embree final : public QueryPeer
 {
   public:
     ~Embree() override
@@ -21,9 +21,9 @@ class Embree final : public QuestionPeer
         if (device_ != nullptr) rtcReleaseDevice(device_);
     }
     const char* name() const noexcept override { return "embree"; }
-    bool answers(QuestionKind kind) const noexcept override
+    bool answers(QueryKind kind) const noexcept override
     {
-        return kind != QuestionKind::sweep && kind != QuestionKind::frustum;
+        return kind != QueryKind::sweep && kind != QueryKind::frustum;
     }
     void build(Boxes3 boxes) override
     {
@@ -43,15 +43,15 @@ class Embree final : public QuestionPeer
         rtcCommitScene(scene_);
         if (rtcGetDeviceError(device_) != RTC_ERROR_NONE) throw std::runtime_error("embree: building failed");
     }
-    void ask(QuestionKind kind, const Questions& questions, std::size_t i, Findings& found) const override
+    void ask(QueryKind kind, const Queries& queries, std::size_t i, Findings& found) const override
     {
-        if (kind == QuestionKind::first || kind == QuestionKind::all) {
+        if (kind == QueryKind::first || kind == QueryKind::all) {
             Context context{};
             rtcInitIntersectContext(&context);
-            context.line = &questions.rays[i];
-            context.all = kind == QuestionKind::all ? &found : nullptr;
+            context.line = &queries.rays[i];
+            context.all = kind == QueryKind::all ? &found : nullptr;
             RTCRayHit ray{};
-            const jostle::Ray<3, float>& from = questions.rays[i];
+            const jostle::Ray<3, float>& from = queries.rays[i];
             ray.ray = {from.origin[0],
                        from.origin[1],
                        from.origin[2],
@@ -69,9 +69,9 @@ class Embree final : public QuestionPeer
             context.first.give(found);
             return;
         }
-        Query query{this, &questions, kind, i, &found, nullptr};
+        Query query{this, &queries, kind, i, &found, nullptr};
         RTCPointQuery point{};
-        NearestSoFar nearest(kind == QuestionKind::nearest ? questions.nearest[i]
+        NearestSoFar nearest(kind == QueryKind::nearest ? queries.nearest[i]
                                                            : jostle::Nearest<3, float>{});
         query.nearest = &nearest;
         const auto at = [&](const jostle::Vec3f& p, float radius) {
@@ -80,12 +80,12 @@ class Embree final : public QuestionPeer
             point.z = p[2];
             point.radius = radius;
         };
-        if (kind == QuestionKind::nearest) {
-            at(questions.nearest[i].point, questions.nearest[i].max_distance);
-        } else if (kind == QuestionKind::sphere) {
-            at(questions.spheres[i].center, questions.spheres[i].radius * 1.000001f);
+        if (kind == QueryKind::nearest) {
+            at(queries.nearest[i].point, queries.nearest[i].max_distance);
+        } else if (kind == QueryKind::sphere) {
+            at(queries.spheres[i].center, queries.spheres[i].radius * 1.000001f);
         } else {
-            const jostle::Aabb3f& box = questions.boxes[i];
+            const jostle::Aabb3f& box = queries.boxes[i];
             float center[3], sum = 0;
             for (int d = 0; d < 3; ++d) {
                 center[d] = 0.5f * (box.lo[d] + box.hi[d]);
@@ -96,7 +96,7 @@ class Embree final : public QuestionPeer
         RTCPointQueryContext context;
         rtcInitPointQueryContext(&context);
         rtcPointQuery(scene_, &point, &context, near, &query);
-        if (kind == QuestionKind::nearest) nearest.give(found);
+        if (kind == QueryKind::nearest) nearest.give(found);
     }
 
   private:
@@ -109,8 +109,8 @@ class Embree final : public QuestionPeer
     struct Query
     {
         const Embree* self;
-        const Questions* questions;
-        QuestionKind kind;
+        const Queries* queries;
+        QueryKind kind;
         std::size_t i;
         Findings* found;
         NearestSoFar* nearest;
@@ -142,16 +142,16 @@ class Embree final : public QuestionPeer
     {
         Query& query = *static_cast<Query*>(arguments->userPtr);
         const jostle::Aabb3f& box = query.self->boxes_[arguments->primID];
-        if (query.kind == QuestionKind::nearest) {
+        if (query.kind == QueryKind::nearest) {
             const float before = query.nearest->limit();
-            query.nearest->offer(jostle::squared_distance(query.questions->nearest[query.i].point, box));
+            query.nearest->offer(jostle::squared_distance(query.queries->nearest[query.i].point, box));
             if (query.nearest->limit() == before) return false;
             arguments->query->radius = std::sqrt(query.nearest->limit()) * 1.000001f;
             return true;
         }
-        const bool touches = query.kind == QuestionKind::sphere
-                                 ? jostle::overlaps(query.questions->spheres[query.i], box)
-                                 : jostle::overlaps(query.questions->boxes[query.i], box);
+        const bool touches = query.kind == QueryKind::sphere
+                                 ? jostle::overlaps(query.queries->spheres[query.i], box)
+                                 : jostle::overlaps(query.queries->boxes[query.i], box);
         if (touches) query.found->add(arguments->primID);
         return false;
     }
@@ -164,18 +164,18 @@ class Embree final : public QuestionPeer
 
 } // namespace
 
-std::unique_ptr<QuestionPeer> make_embree_questions()
+std::unique_ptr<QueryPeer> make_embree_queries()
 {
     return std::make_unique<Embree>();
 }
 
-std::vector<std::unique_ptr<QuestionPeer>> make_question_peers()
+std::vector<std::unique_ptr<QueryPeer>> make_query_peers()
 {
-    std::vector<std::unique_ptr<QuestionPeer>> peers;
-    peers.push_back(make_embree_questions());
-    peers.push_back(make_bullet_questions());
-    peers.push_back(make_fcl_questions());
-    peers.push_back(make_boost_questions());
+    std::vector<std::unique_ptr<QueryPeer>> peers;
+    peers.push_back(make_embree_queries());
+    peers.push_back(make_bullet_queries());
+    peers.push_back(make_fcl_queries());
+    peers.push_back(make_boost_queries());
     return peers;
 }
 

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: MIT
 #include <BulletCollision/BroadphaseCollision/btDbvt.h>
 
-#include "question_parts.hpp"
+#include "query_parts.hpp"
 
 namespace jostle_bench {
 namespace {
 
 /// Bullet's btDbvt, optimised from the top down once. Its rays don't get shorter when they hit something.
-class Bullet final : public QuestionPeer
+class Bullet final : public QueryPeer
 {
   public:
     const char* name() const noexcept override { return "bullet"; }
-    bool answers(QuestionKind kind) const noexcept override
+    bool answers(QueryKind kind) const noexcept override
     {
-        return kind != QuestionKind::sphere && kind != QuestionKind::nearest;
+        return kind != QueryKind::sphere && kind != QueryKind::nearest;
     }
     void build(Boxes3 boxes) override
     {
@@ -22,16 +22,16 @@ class Bullet final : public QuestionPeer
             tree_.insert(volume(boxes[i]), reinterpret_cast<void*>(i));
         tree_.optimizeTopDown();
     }
-    void ask(QuestionKind kind, const Questions& questions, std::size_t i, Findings& found) const override
+    void ask(QueryKind kind, const Queries& queries, std::size_t i, Findings& found) const override
     {
-        if (kind == QuestionKind::box) {
+        if (kind == QueryKind::box) {
             const auto take = [&](std::uint32_t id) {
-                if (jostle::overlaps(questions.boxes[i], boxes_[id])) found.add(id);
+                if (jostle::overlaps(queries.boxes[i], boxes_[id])) found.add(id);
             };
             Taker<decltype(take)> taker{take};
-            tree_.collideTV(tree_.m_root, volume(questions.boxes[i]), taker);
-        } else if (kind == QuestionKind::frustum) {
-            const jostle::Frustum<3, float> frustum{questions.frustums[i]};
+            tree_.collideTV(tree_.m_root, volume(queries.boxes[i]), taker);
+        } else if (kind == QueryKind::frustum) {
+            const jostle::Frustum<3, float> frustum{queries.frustums[i]};
             btVector3 normals[6];
             btScalar offsets[6];
             for (int p = 0; p < 6; ++p) {
@@ -44,8 +44,8 @@ class Bullet final : public QuestionPeer
             };
             Taker<decltype(take)> taker{take};
             btDbvt::collideKDOP(tree_.m_root, normals, offsets, 6, taker);
-        } else if (kind == QuestionKind::sweep) {
-            const jostle::Sweep<3, float>& sweep = questions.sweeps[i];
+        } else if (kind == QueryKind::sweep) {
+            const jostle::Sweep<3, float>& sweep = queries.sweeps[i];
             FirstSoFar first;
             const auto take = [&](std::uint32_t id) { first.offer(sweep, id, boxes_[id]); };
             const btVector3 lo(sweep.box.lo[0], sweep.box.lo[1], sweep.box.lo[2]);
@@ -54,11 +54,11 @@ class Bullet final : public QuestionPeer
             cast(middle, sweep.motion, sweep.max_fraction, lo - middle, hi - middle, take);
             first.give(found);
         } else {
-            const jostle::Ray<3, float>& ray = questions.rays[i];
+            const jostle::Ray<3, float>& ray = queries.rays[i];
             FirstSoFar first;
             const btVector3 origin(ray.origin[0], ray.origin[1], ray.origin[2]);
             const btVector3 none(0, 0, 0);
-            if (kind == QuestionKind::first) {
+            if (kind == QueryKind::first) {
                 const auto take = [&](std::uint32_t id) { first.offer(ray, id, boxes_[id]); };
                 cast(origin, ray.direction, ray.max_fraction, none, none, take);
                 first.give(found);
@@ -108,7 +108,7 @@ class Bullet final : public QuestionPeer
 
 } // namespace
 
-std::unique_ptr<QuestionPeer> make_bullet_questions()
+std::unique_ptr<QueryPeer> make_bullet_queries()
 {
     return std::make_unique<Bullet>();
 }

@@ -9,13 +9,13 @@
 
 #include "jostle/query.hpp"
 
-/// Other systems that answer questions about boxes that lie still, behind one interface, so that they can be
+/// Other systems that answer queries about boxes that lie still, behind one interface, so that they can be
 /// timed beside Jostle and asked for their answers.
 namespace jostle_bench {
 
 using Boxes3 = std::span<const jostle::Aabb3f>;
 
-enum class QuestionKind
+enum class QueryKind
 {
     first,   ///< the first box along a ray
     all,     ///< all boxes along a ray
@@ -26,8 +26,8 @@ enum class QuestionKind
     frustum, ///< all boxes in a view volume
 };
 
-/// Questions of all kinds; each kind uses what it needs.
-struct Questions
+/// Queries of all kinds; each kind uses what it needs.
+struct Queries
 {
     std::vector<jostle::Ray<3, float>> rays;
     std::vector<jostle::Sweep<3, float>> sweeps;
@@ -43,22 +43,22 @@ struct Answers
 {
     std::uint64_t results = 0;
     std::uint64_t checksum = 0;
-    void add_object(std::size_t question, std::uint32_t id) noexcept
+    void add_object(std::size_t query, std::uint32_t id) noexcept
     {
         ++results;
-        checksum += (question + 1) * 0x9e3779b97f4a7c15u ^ ((id + std::uint64_t{1}) * 0xbf58476d1ce4e5b9u);
+        checksum += (query + 1) * 0x9e3779b97f4a7c15u ^ ((id + std::uint64_t{1}) * 0xbf58476d1ce4e5b9u);
     }
-    void add_distance(std::size_t question, float at) noexcept
+    void add_distance(std::size_t query, float at) noexcept
     {
         std::uint32_t bits;
         static_assert(sizeof bits == sizeof at);
         __builtin_memcpy(&bits, &at, sizeof bits);
-        add_object(question, bits);
+        add_object(query, bits);
     }
     friend bool operator==(const Answers&, const Answers&) = default;
 };
 
-/// What a system finds, question after question: kept as its users would, or only counted.
+/// What a system finds, query after query: kept as its users would, or only counted.
 class Findings
 {
   public:
@@ -83,17 +83,17 @@ class Findings
         __builtin_memcpy(&bits, &at, sizeof bits);
         add(bits);
     }
-    void end_question() { ends_.push_back(keep_ ? items_.size() : count_); }
-    /// Sums up; the first question has the number `question`.
-    void sum(std::size_t question, Answers& answers) const
+    void end_query() { ends_.push_back(keep_ ? items_.size() : count_); }
+    /// Sums up; the first query has the number `query`.
+    void sum(std::size_t query, Answers& answers) const
     {
         std::size_t begin = 0;
         for (const std::size_t end : ends_) {
             if (!keep_) answers.results += end - begin;
             for (std::size_t k = begin; keep_ && k < end; ++k)
-                answers.add_object(question, items_[k]);
+                answers.add_object(query, items_[k]);
             begin = end;
-            ++question;
+            ++query;
         }
     }
 
@@ -108,18 +108,18 @@ class Findings
 /// would have to with his own shapes.
 ///
 /// Threads   ask() may be called from several threads at a time.
-class QuestionPeer
+class QueryPeer
 {
   public:
-    virtual ~QuestionPeer() = default;
+    virtual ~QueryPeer() = default;
     [[nodiscard]] virtual const char* name() const noexcept = 0;
-    [[nodiscard]] virtual bool answers(QuestionKind kind) const noexcept = 0;
+    [[nodiscard]] virtual bool answers(QueryKind kind) const noexcept = 0;
     /// Takes the boxes, which must outlive it.
     virtual void build(Boxes3 boxes) = 0;
-    /// Answers question i of a kind.
-    virtual void ask(QuestionKind kind, const Questions& questions, std::size_t i, Findings& found) const = 0;
+    /// Answers query i of a kind.
+    virtual void ask(QueryKind kind, const Queries& queries, std::size_t i, Findings& found) const = 0;
 };
 
-[[nodiscard]] std::vector<std::unique_ptr<QuestionPeer>> make_question_peers();
+[[nodiscard]] std::vector<std::unique_ptr<QueryPeer>> make_query_peers();
 
 } // namespace jostle_bench

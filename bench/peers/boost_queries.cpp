@@ -5,7 +5,7 @@
 #include <boost/geometry/index/rtree.hpp>
 #include <boost/iterator/function_output_iterator.hpp>
 
-#include "question_parts.hpp"
+#include "query_parts.hpp"
 
 namespace jostle_bench {
 namespace {
@@ -14,13 +14,13 @@ namespace bg = boost::geometry;
 namespace bgi = boost::geometry::index;
 
 /// Boost.Geometry's R-tree, 16 per node, packed. A sphere is asked for by the box around it.
-class Boost final : public QuestionPeer
+class Boost final : public QueryPeer
 {
   public:
     const char* name() const noexcept override { return "boost"; }
-    bool answers(QuestionKind kind) const noexcept override
+    bool answers(QueryKind kind) const noexcept override
     {
-        return kind == QuestionKind::box || kind == QuestionKind::sphere || kind == QuestionKind::nearest;
+        return kind == QueryKind::box || kind == QueryKind::sphere || kind == QueryKind::nearest;
     }
     void build(Boxes3 boxes) override
     {
@@ -30,24 +30,24 @@ class Boost final : public QuestionPeer
             values.push_back({area(boxes[i]), i});
         tree_ = Tree(values.begin(), values.end());
     }
-    void ask(QuestionKind kind, const Questions& questions, std::size_t i, Findings& found) const override
+    void ask(QueryKind kind, const Queries& queries, std::size_t i, Findings& found) const override
     {
-        if (kind == QuestionKind::nearest) {
-            const jostle::Nearest<3, float>& question = questions.nearest[i];
-            NearestSoFar nearest(question);
+        if (kind == QueryKind::nearest) {
+            const jostle::Nearest<3, float>& query = queries.nearest[i];
+            NearestSoFar nearest(query);
             tree_.query(
-                bgi::nearest(Point(question.point[0], question.point[1], question.point[2]), question.count),
+                bgi::nearest(Point(query.point[0], query.point[1], query.point[2]), query.count),
                 boost::make_function_output_iterator([&](const Value& value) {
-                    nearest.offer(jostle::squared_distance(question.point, boxes_[value.second]));
+                    nearest.offer(jostle::squared_distance(query.point, boxes_[value.second]));
                 }));
             nearest.give(found);
             return;
         }
         jostle::Aabb3f around{};
-        if (kind == QuestionKind::box) {
-            around = questions.boxes[i];
+        if (kind == QueryKind::box) {
+            around = queries.boxes[i];
         } else {
-            const jostle::Sphere<3, float>& sphere = questions.spheres[i];
+            const jostle::Sphere<3, float>& sphere = queries.spheres[i];
             for (int d = 0; d < 3; ++d) {
                 around.lo[d] = sphere.center[d] - sphere.radius * 1.000001f;
                 around.hi[d] = sphere.center[d] + sphere.radius * 1.000001f;
@@ -56,7 +56,7 @@ class Boost final : public QuestionPeer
         tree_.query(bgi::intersects(area(around)),
                     boost::make_function_output_iterator([&](const Value& value) {
                         const jostle::Aabb3f& box = boxes_[value.second];
-                        if (kind == QuestionKind::box || jostle::overlaps(questions.spheres[i], box))
+                        if (kind == QueryKind::box || jostle::overlaps(queries.spheres[i], box))
                             found.add(value.second);
                     }));
     }
@@ -76,7 +76,7 @@ class Boost final : public QuestionPeer
 
 } // namespace
 
-std::unique_ptr<QuestionPeer> make_boost_questions()
+std::unique_ptr<QueryPeer> make_boost_queries()
 {
     return std::make_unique<Boost>();
 }

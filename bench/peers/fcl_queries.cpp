@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "question_parts.hpp"
+#include "query_parts.hpp"
 
 namespace jostle_bench {
 namespace {
@@ -21,13 +21,13 @@ class BoxGeometry final : public fcl::CollisionGeometryd
 };
 
 /// FCL's DynamicAABBTreeCollisionManager<double>. A sphere is asked for by the box around it.
-class Fcl final : public QuestionPeer
+class Fcl final : public QueryPeer
 {
   public:
     const char* name() const noexcept override { return "fcl"; }
-    bool answers(QuestionKind kind) const noexcept override
+    bool answers(QueryKind kind) const noexcept override
     {
-        return kind == QuestionKind::box || kind == QuestionKind::sphere || kind == QuestionKind::nearest;
+        return kind == QueryKind::box || kind == QueryKind::sphere || kind == QueryKind::nearest;
     }
     void build(Boxes3 boxes) override
     {
@@ -41,26 +41,26 @@ class Fcl final : public QuestionPeer
         manager_.registerObjects(pointers);
         manager_.setup();
     }
-    void ask(QuestionKind kind, const Questions& questions, std::size_t i, Findings& found) const override
+    void ask(QueryKind kind, const Queries& queries, std::size_t i, Findings& found) const override
     {
-        if (kind == QuestionKind::nearest) {
-            const jostle::Nearest<3, float>& question = questions.nearest[i];
-            NearestSoFar nearest(question);
-            Query query{this, &questions, kind, i, &found, &nearest};
-            manager_.distance(object(question.point, question.point).get(), &query, distance);
+        if (kind == QueryKind::nearest) {
+            const jostle::Nearest<3, float>& query = queries.nearest[i];
+            NearestSoFar nearest(query);
+            Query query{this, &queries, kind, i, &found, &nearest};
+            manager_.distance(object(query.point, query.point).get(), &query, distance);
             nearest.give(found);
             return;
         }
         float lo[3], hi[3];
         for (int d = 0; d < 3; ++d) {
             const jostle::Sphere<3, float>* const sphere =
-                kind == QuestionKind::sphere ? &questions.spheres[i] : nullptr;
+                kind == QueryKind::sphere ? &queries.spheres[i] : nullptr;
             lo[d] =
-                sphere != nullptr ? sphere->center[d] - sphere->radius * 1.000001f : questions.boxes[i].lo[d];
+                sphere != nullptr ? sphere->center[d] - sphere->radius * 1.000001f : queries.boxes[i].lo[d];
             hi[d] =
-                sphere != nullptr ? sphere->center[d] + sphere->radius * 1.000001f : questions.boxes[i].hi[d];
+                sphere != nullptr ? sphere->center[d] + sphere->radius * 1.000001f : queries.boxes[i].hi[d];
         }
-        Query query{this, &questions, kind, i, &found, nullptr};
+        Query query{this, &queries, kind, i, &found, nullptr};
         manager_.collide(object(lo, hi).get(), &query, touch);
     }
 
@@ -68,8 +68,8 @@ class Fcl final : public QuestionPeer
     struct Query
     {
         const Fcl* self;
-        const Questions* questions;
-        QuestionKind kind;
+        const Queries* queries;
+        QueryKind kind;
         std::size_t i;
         Findings* found;
         NearestSoFar* nearest;
@@ -92,16 +92,16 @@ class Fcl final : public QuestionPeer
         Query& query = *static_cast<Query*>(data);
         const std::uint32_t id = number(a, b);
         const jostle::Aabb3f& box = query.self->boxes_[id];
-        const bool touches = query.kind == QuestionKind::sphere
-                                 ? jostle::overlaps(query.questions->spheres[query.i], box)
-                                 : jostle::overlaps(query.questions->boxes[query.i], box);
+        const bool touches = query.kind == QueryKind::sphere
+                                 ? jostle::overlaps(query.queries->spheres[query.i], box)
+                                 : jostle::overlaps(query.queries->boxes[query.i], box);
         if (touches) query.found->add(id);
         return false;
     }
     static bool distance(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* data, double& limit)
     {
         Query& query = *static_cast<Query*>(data);
-        query.nearest->offer(jostle::squared_distance(query.questions->nearest[query.i].point,
+        query.nearest->offer(jostle::squared_distance(query.queries->nearest[query.i].point,
                                                       query.self->boxes_[number(a, b)]));
         limit = std::sqrt(static_cast<double>(query.nearest->limit())) * 1.000001;
         return false;
@@ -114,7 +114,7 @@ class Fcl final : public QuestionPeer
 
 } // namespace
 
-std::unique_ptr<QuestionPeer> make_fcl_questions()
+std::unique_ptr<QueryPeer> make_fcl_queries()
 {
     return std::make_unique<Fcl>();
 }
