@@ -39,13 +39,12 @@ class JOSTLE_API Executor
 /// Everything on the calling thread.
 [[nodiscard]] JOSTLE_API Executor& serial_executor() noexcept;
 
-/// What calls use that are given no executor: oneTBB with as many threads as the machine has cores (an own
-/// pool of std::threads in builds without oneTBB). Made at first use.
-[[nodiscard]] JOSTLE_API Executor& default_executor();
-/// The same with at most `threads` threads, the caller's included; 0 means all. oneTBB runs no more threads
-/// than the process allows it (tbb::global_control). There is one executor for each number that is asked for.
-/// It stays until the program ends, so nothing that is given it can outlive it.
-[[nodiscard]] JOSTLE_API Executor& default_executor(std::uint32_t threads);
+/// Without a number what calls use that are given no executor: oneTBB with as many threads as the machine has
+/// cores (a pool of std::threads in builds without oneTBB). With one at most that many threads, the caller's
+/// included. oneTBB runs no more than the process allows it (tbb::global_control). There is one executor for
+/// each number that is asked for, made at first use. It stays until the program ends, so nothing that is
+/// given it can outlive it.
+[[nodiscard]] JOSTLE_API Executor& default_executor(std::uint32_t threads = 0);
 
 /// A pool of its own: `threads` - 1 std::threads that sleep between calls, plus the caller; 0 means as many
 /// as the machine has cores. Fully visible to thread sanitizers, which oneTBB's packaged library isn't.

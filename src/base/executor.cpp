@@ -179,13 +179,9 @@ Executor& serial_executor() noexcept
     return executor;
 }
 
-Executor& default_executor()
-{
-    static Executor& all = default_executor(0); // looked up once
-    return all;
-}
+namespace {
 
-Executor& default_executor(std::uint32_t threads)
+Executor& executor_with(std::uint32_t threads)
 {
     static std::mutex changing;
     static std::map<std::uint32_t, std::unique_ptr<Executor>> by_threads;
@@ -199,6 +195,15 @@ Executor& default_executor(std::uint32_t threads)
 #endif
     }
     return *executor;
+}
+
+} // namespace
+
+Executor& default_executor(std::uint32_t threads)
+{
+    if (threads != 0) return executor_with(threads);
+    static Executor& all = executor_with(0); // without the lock from then on
+    return all;
 }
 
 std::unique_ptr<Executor> make_thread_executor(std::uint32_t threads)

@@ -18,7 +18,7 @@ sys.path.insert(0, str(HERE.parent / "c"))
 import reach  # noqa: E402
 
 # To be reached are also 95 types and 150 functions in C.
-LIMITS = {"functions": 281, "types": 102, "aliases": 56, "functions in C": 197}
+LIMITS = {"functions": 280, "types": 102, "aliases": 56, "functions in C": 197}
 ARITHMETIC = {"vec.hpp", "pose.hpp"}
 ARITHMETIC_OF = {"Vec", "Pose", "Aabb"}
 
