@@ -590,7 +590,7 @@ void Engine::match(const Engine& other)
     jobs_.reserve(other.jobs_.capacity());
 }
 
-/// Without a grid: see few.hpp.
+/// Without a grid: see few.hpp. Of two sets, the second is gone through part by part.
 template <int Dim, class T>
 bool Engine::search_few(const Boxes<Dim, T>& boxes, const Request& request)
 {
@@ -600,32 +600,52 @@ bool Engine::search_few(const Boxes<Dim, T>& boxes, const Request& request)
     const std::uint64_t n = boxes.size(),
                         most = boxes.cross ? boxes.a.size() * boxes.b.size() : n * (n - (n != 0)) / 2;
     // In few steps, so that a scene that breathes doesn't allocate at every new box.
-    const std::size_t room = std::bit_ceil(static_cast<std::size_t>(most) + 8);
-    Pair* const first =
-        request.sink ? slot.to_sink.reserve_exactly(room) : chunks_.next(*request.result, room).data();
-    Pair* end = find_among_few(options_.instruction_set, boxes, slot.unit<T>(), first);
-    if (end == nullptr) throw BadBox{};
-
+    const std::size_t room = std::bit_ceil(std::min(static_cast<std::size_t>(most) + 8, chunk_pairs));
+    const auto new_chunk = [&] {
+        return request.sink ? slot.to_sink.reserve_exactly(room) : chunks_.next(*request.result, room).data();
+    };
+    if (request.sink) // it may be told the pairs of the first parts before the others have been looked at
+        for (std::size_t k = few_boxes; k < boxes.b.size(); ++k)
+            if (!valid(boxes.b[k])) throw BadBox{};
+    Pair *first = new_chunk(), *end = first;
+    std::uint32_t told = 0;
+    const auto tell = [&] {
+        if (request.offset_a != 0 || request.offset_b != 0)
+            for (Pair* pair = first; pair != end; ++pair)
+                *pair = {pair->a + request.offset_a, pair->b + request.offset_b};
+        if (request.select && first != end) end = request.select(first, end);
+        if (first == end) return true;
+        const std::span<const Pair> pairs(first, end);
+        if (request.sink) return request.sink({pairs, request.first_block, told++});
+        PairBufferAccess result(*request.result);
+        result.reserve_blocks(1);
+        result.append(pairs);
+        return true;
+    };
+    for (std::size_t begin = 0; begin == 0 || begin < boxes.b.size(); begin += few_boxes) {
+        Boxes<Dim, T> part = boxes;
+        part.b = boxes.b.subview(begin, std::min<std::size_t>(few_boxes, boxes.b.size() - begin));
+        const std::size_t part_room = boxes.cross ? part.a.size() * part.b.size() + 8 : room;
+        if (room - static_cast<std::size_t>(end - first) < part_room) {
+            if (!tell()) return false;
+            first = end = new_chunk();
+        }
+        Pair* const here = end;
+        end = find_among_few(options_.instruction_set, part, slot.unit<T>(), here);
+        if (end == nullptr) throw BadBox{};
+        for (Pair* pair = here; begin != 0 && pair != end; ++pair)
+            pair->b += static_cast<std::uint32_t>(begin);
+    }
     stats.objects += n;
     stats.candidates += most;
     next_block = request.first_block + 1;
-    if (request.offset_a != 0 || request.offset_b != 0)
-        for (Pair* pair = first; pair != end; ++pair)
-            *pair = {pair->a + request.offset_a, pair->b + request.offset_b};
-    if (request.select && first != end) end = request.select(first, end);
-    if (first == end) return true;
-    const std::span<const Pair> pairs(first, end);
-    if (request.sink) return request.sink({pairs, request.first_block, 0});
-    PairBufferAccess result(*request.result);
-    result.reserve_blocks(1);
-    result.append(pairs);
-    return true;
+    return tell();
 }
 
 template <int Dim, class T>
 bool Engine::search(const Boxes<Dim, T>& boxes, const Request& request)
 {
-    return boxes.size() <= few_boxes ? search_few(boxes, request) : Search<Dim, T>(*this, boxes, request)();
+    return are_few(boxes) ? search_few(boxes, request) : Search<Dim, T>(*this, boxes, request)();
 }
 
 template bool Engine::search(const Boxes<2, float>&, const Request&);

@@ -10,6 +10,7 @@
 
 #include "engine/apart.hpp"
 #include "engine/brick_store.hpp"
+#include "engine/kernels/few.hpp"
 #include "engine/kernels/kernels.hpp"
 #include "engine/sort_brick.hpp"
 #include "engine/tuner.hpp"
@@ -158,6 +159,74 @@ TEST(Counts, AreThoseThatOneCountsByHand)
         EXPECT_EQ(touching[4], 65u * 65u) << name(set);
         EXPECT_EQ(touching[5], 130u * 129u / 2) << name(set);
     }
+}
+
+/// Boxes of edge 1 in a cube of this edge.
+std::vector<Aabb3f> boxes_within(std::size_t count, float edge, std::uint32_t state)
+{
+    std::vector<Aabb3f> boxes(count);
+    for (Aabb3f& box : boxes)
+        for (std::size_t d = 0; d < 3; ++d) {
+            state = state * 1664525 + 1013904223;
+            box.lo[d] = static_cast<float>(state >> 8) / 16777216.0f * edge;
+            box.hi[d] = box.lo[d] + 1;
+        }
+    return boxes;
+}
+
+// Up to 16 boxes are tested against each of another set, part by part, whose pairs fill one chunk or several.
+TEST(Few, AlsoMeetMany)
+{
+    for (const float edge : {1.0f, 30.0f})
+        for (const std::size_t rows : {1u, 3u, 16u, 17u})
+            for (const std::size_t columns : {126u, 128u, 129u, 500u, 6'000u}) {
+                const std::vector<Aabb3f> a = boxes_within(rows, edge, 1), b = boxes_within(columns, edge, 2);
+                std::vector<Pair> expected;
+                for (std::uint32_t i = 0; i < rows; ++i)
+                    for (std::uint32_t k = 0; k < columns; ++k)
+                        if (overlaps(a[i], b[k])) expected.push_back({i, k});
+                for (const InstructionSet set : supported_instruction_sets()) {
+                    FinderOptions options;
+                    options.instruction_set = set;
+                    PairFinder finder(options);
+                    EXPECT_EQ(finder.find(box_view(a), box_view(b), {}, Order::sorted).to_vector(), expected)
+                        << name(set) << ": " << rows << " and " << columns;
+                    const std::vector<Pair> found = finder.find(box_view(a), box_view(b)).to_vector();
+                    std::vector<Pair> streamed;
+                    std::uint64_t part = 0;
+                    finder.stream(box_view(a), box_view(b), [&](const PairChunk& chunk) {
+                        if (rows <= engine::few_rows) {
+                            EXPECT_EQ(chunk.part, part++);
+                            streamed.insert(streamed.end(), chunk.pairs.begin(), chunk.pairs.end());
+                        }
+                        return true;
+                    });
+                    if (rows <= engine::few_rows) {
+                        EXPECT_EQ(streamed, found) << name(set) << ": " << rows << " and " << columns;
+                    }
+                }
+            }
+}
+
+TEST(Few, WhereTheyMeetManyABadBoxIsNamedBeforeAnyPairIsTold)
+{
+    const std::vector<Aabb3f> a = boxes_within(16, 0.5f, 3);
+    std::vector<Aabb3f> b = boxes_within(6'000, 0.5f, 4);
+    b[5'900].lo[1] = std::numeric_limits<float>::quiet_NaN();
+    PairFinder finder;
+    std::uint64_t told = 0;
+    try {
+        finder.stream(box_view(a), box_view(b), [&](const PairChunk&) { return ++told != 0; });
+        FAIL() << "no error";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.index(), 5'900u);
+    }
+    EXPECT_EQ(told, 0u);
+    EXPECT_THROW((void)finder.find(box_view(a), box_view(b)), Error);
+    // A sink that has had enough.
+    b[5'900] = b[0];
+    EXPECT_FALSE(finder.stream(box_view(a), box_view(b), [&](const PairChunk&) { return ++told == 0; }));
+    EXPECT_EQ(told, 1u);
 }
 
 TEST(BrickStore, GivesBackWhatWasAppendedInItsOrder)

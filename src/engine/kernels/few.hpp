@@ -20,6 +20,20 @@ inline constexpr std::uint32_t few_boxes = 128;
 inline constexpr std::uint32_t few_room = few_boxes * (few_boxes - 1) / 2 + 8;
 static_assert(few_boxes <= unit_size - 16, "padding follows the last box");
 
+// So few boxes of one set that meet many of another are tested against each of these, too: for a grid, all of
+// the many would be sorted for the sake of the few.
+inline constexpr std::size_t few_rows = 16;
+/// ... while that is no more than so many tests, which one thread does. A grid is searched by all.
+inline constexpr std::uint64_t most_tests = 1u << 20;
+
+/// Whether no grid is made.
+template <int Dim, class T>
+[[nodiscard]] bool are_few(const Boxes<Dim, T>& boxes) noexcept
+{
+    return boxes.size() <= few_boxes ||
+           (boxes.cross && boxes.a.size() <= few_rows && boxes.a.size() * boxes.b.size() <= most_tests);
+}
+
 /// Writes the pairs of `rows` with the boxes in the unit's columns, ascending by (a, b), and returns their
 /// end. Within one set (`cross` false) the columns hold the rows themselves, and each is tested against those
 /// behind it. Overwrites the columns behind the last box. Null if a box is NaN or inverted.
