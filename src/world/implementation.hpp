@@ -11,8 +11,8 @@
 #include "index/queries/check.hpp"
 #include "jostle/world.hpp"
 #include "world/kept/change_log.hpp"
+#include "world/kept/following_index.hpp"
 #include "world/kept/journal.hpp"
-#include "world/kept/layer.hpp"
 #include "world/kept/on_demand.hpp"
 #include "world/objects/pair_lists.hpp"
 #include "world/objects/state.hpp"
@@ -177,7 +177,6 @@ struct World<Dim, T>::Implementation
     std::optional<world::Applied<Dim, T>> applied; // since the last update; in its midst, by it
     world::Lists lists[2];                         // of the last update and, while it is made, of the next
     std::uint32_t last = 0;                        // which are of the last one
-    const world::Lists no_lists{&memory};
     WorldStats stats;
     std::optional<world::Journal<Dim, T>> journal; // in a world that has a base
     bool recall_is_due = false;
@@ -185,7 +184,7 @@ struct World<Dim, T>::Implementation
     std::optional<world::Following<Dim, T>> follows; // in a view
 
     mutable world::ListedPairs began_pairs, changed_pairs;
-    mutable world::ActiveIndex<Dim, T> active_index;
+    mutable world::FollowingIndex<Dim, T> active_index;        // of what is active
     std::vector<std::unique_ptr<world::Layer<Dim, T>>> layers; // what the options declare
 };
 

@@ -14,12 +14,13 @@ namespace {
 
 /// An object that didn't only move.
 template <int Dim, class T>
-void commit_object(State<Dim, T>& state, NeighbourLists<Dim, T>& neighbour_lists, Index index) noexcept
+void commit_object(State<Dim, T>& state, NeighbourLists<Dim, T>& neighbour_lists,
+                   const Entries<Dim, T>& entries, Index index) noexcept
 {
     const auto object = state.objects[index];
     const Place place = object.place();
     if (place == Place::resting) neighbour_lists.note_waking(index);
-    if (object.has(flag::shifting)) { // it stays what it was
+    if (shifts(state, entries, index)) { // it stays what it was
         object.set(flag::transient, false);
         return;
     }
@@ -41,7 +42,7 @@ void commit_object(State<Dim, T>& state, NeighbourLists<Dim, T>& neighbour_lists
 
 template <int Dim, class T>
 void commit_objects(State<Dim, T>& state, NeighbourLists<Dim, T>& neighbour_lists,
-                    std::span<const Index> changed) noexcept
+                    const Entries<Dim, T>& entries, std::span<const Index> changed) noexcept
 {
     constexpr std::uint32_t usual = flag::alive | flag::enabled | static_cast<std::uint32_t>(Place::active);
     for (const Index index : changed) {
@@ -49,18 +50,15 @@ void commit_objects(State<Dim, T>& state, NeighbourLists<Dim, T>& neighbour_list
         if ((object.state() & (usual | flag::place | flag::refiltered)) == usual)
             object.set(flag::transient, false); // most only move
         else
-            commit_object(state, neighbour_lists, index);
+            commit_object(state, neighbour_lists, entries, index);
     }
 }
 
-/// The object is no longer parked if it was.
+/// If the object was parked, it no longer is.
 template <int Dim, class T>
 void unpark(State<Dim, T>& state, Index index) noexcept
 {
-    const auto object = state.objects[index];
-    if (!object.has(flag::parked)) return;
-    state.parked.remove(index);
-    object.set(flag::parked, false);
+    if (state.objects[index].place() == Place::parked) state.parked.remove(index);
 }
 
 /// Some objects have moved where they rest; those that did so before wait one update less, or have woken up.
@@ -87,13 +85,14 @@ void commit_rest(State<Dim, T>& state, NeighbourLists<Dim, T>& neighbour_lists,
                  const Entries<Dim, T>& entries, const Rest<Dim, T>& rest) noexcept
 {
     BoxIndexAccess::tree(state.resting).erase(entries.waking);
-    for (const Index index : state.parked.staged().first(rest.parking))
-        state.objects[index].set(flag::parked);
-    state.parked.keep_staged(rest.parking);
     for (const std::uint32_t index : rest.settling) {
         unpark(state, Index{index});
         state.objects[Index{index}].set_place(Place::resting);
         neighbour_lists.note_settling(Index{index});
+    }
+    for (const Index index : rest.parking) {
+        state.parked.push(index, state.objects[index].now());
+        state.objects[index].set_place(Place::parked);
     }
     state.parked.close_gaps();
     commit_shifts(state, neighbour_lists, rest.shifting);
@@ -149,10 +148,8 @@ void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>& moves)
     const world::Candidates candidates =
         world::find(state, entries, finder, neighbour_lists, next.persisted, arena);
     const std::span<const Pair> old_pairs = world::find_old_pairs(state, changes, entries, finder, arena);
-    // Where the others are being parked, all changed objects stir: old_pairs has theirs, and the last lists
-    // aren't needed.
-    world::Refusals refusals = world::judge(state, changes, entries, candidates.touching, old_pairs,
-                                            entries.parks ? no_lists : last_lists(), next, arena);
+    world::Refusals refusals =
+        world::judge(state, changes, entries, candidates.touching, old_pairs, last_lists(), next, arena);
     note_removals();
 
     const auto t2 = world::Clock::now();
@@ -221,7 +218,7 @@ void World<Dim, T>::Implementation::commit(const world::Entries<Dim, T>& entries
     world::Changes<Dim, T>& changes = applied->changes;
     for (const world::Index index : entries.stirring)
         world::unpark(state, index);
-    world::commit_objects(state, neighbour_lists, std::span<const world::Index>(changes.objects()));
+    world::commit_objects(state, neighbour_lists, entries, std::span<const world::Index>(changes.objects()));
     changes.keep();
     refusals.keep();
     if (journal) {
@@ -230,7 +227,7 @@ void World<Dim, T>::Implementation::commit(const world::Entries<Dim, T>& entries
     }
     world::commit_rest(state, neighbour_lists, entries, rest);
     queues.forget();
-    next.all_active = rest.settling.empty() && rest.shifting.empty() && rest.parking == 0;
+    next.all_active = rest.settling.empty() && rest.shifting.empty() && rest.parking.empty();
     last = 1 - last;
     change_log.count_update();
     for (const auto& old : changes.old_reaches()) // their boxes may be others, though their bounds aren't
@@ -276,9 +273,13 @@ template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::note(std::span<const world::Index> changed,
                                          std::span<const std::uint32_t> settling) noexcept
 {
-    active_index.note(changed, settling);
+    const auto note_in = [&](world::FollowingIndex<Dim, T>& active) {
+        active.note(changed);
+        active.note(settling);
+    };
+    note_in(active_index);
     for (const auto& layer : layers)
-        layer->active.note(changed, settling);
+        note_in(layer->active);
     change_log.note(changed, state.alive);
     change_log.note(settling, state.alive);
 }
@@ -287,8 +288,10 @@ template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::note_resting(std::span<const std::uint32_t> rested,
                                                  std::span<const std::uint32_t> settling) noexcept
 {
-    for (const auto& layer : layers)
-        layer->note_resting(rested, settling, state.resting.size());
+    for (const auto& layer : layers) {
+        layer->resting.note(rested);
+        layer->resting.note(settling);
+    }
 }
 
 template <int Dim, Coordinate T>

@@ -223,9 +223,9 @@ TEST(Parked, WhereManyStirNobodyComesToRest)
     EXPECT_GT(world.stats().resting, 9 * objects / 10);
 }
 
-/// All move in every fourth update, and nobody or one of them in between: they stay active. Once they have
+/// All move in every third update, and nobody or one of them in between: they stay active. Once they have
 /// waited for three updates they come to rest.
-TEST(Parked, WhoMovesInEveryFourthUpdateStaysActive)
+TEST(Parked, WhoMovesInEveryThirdUpdateStaysActive)
 {
     constexpr std::size_t objects = 2'000;
     for (const bool one_moves : {false, true}) {
@@ -242,7 +242,7 @@ TEST(Parked, WhoMovesInEveryFourthUpdateStaysActive)
             world.update();
         };
         for (int k = 0; k < 60; ++k) {
-            update(k % 4 == 0);
+            update(k % 3 == 0);
             if (k < 8) continue; // those that were added came to rest
             ASSERT_EQ(world.stats().woken, 0u) << "update " << k;
             ASSERT_EQ(world.stats().settled, 0u) << "update " << k;

@@ -97,7 +97,7 @@ class Journal
     }
 
     /// What an update is about to change: objects, ascending, and those that come to rest.
-    void note(const State<Dim, T>& state, const std::optional<Applied<Dim, T>>& applied,
+    void note(const State<Dim, T>& state, std::optional<Applied<Dim, T>>& applied,
               std::span<const Index> changed, std::span<const std::uint32_t> settling)
     {
         place_of_.grow(state.objects.capacity());
@@ -112,13 +112,13 @@ class Journal
         const auto& old_reaches = applied->changes.old_reaches();
         const auto is_new = [&](const auto& old) { return place_of_[old.index] == 0; };
         if (fresh.empty() && std::none_of(old_reaches.begin(), old_reaches.end(), is_new)) return;
-        Past<Dim, T> past(state, applied);
+        applied->changes.sort_reaches();
         // First those whose bounds stay what they were, though these come about in another way: they aren't
         // changed, but may be among those that come to rest.
         for (const auto& old : old_reaches) {
             if (!is_new(old) || !state.was_there(raw(old.index))) continue;
-            if (state.objects[old.index].has(flag::reach_kept)) continue; // it is changed, and `past` has it
-            Record<Dim, T> record = past.record(old.index);
+            if (state.objects[old.index].has(flag::reach_kept)) continue; // it is changed, and recorded below
+            Record<Dim, T> record = record_of(state, applied, old.index);
             record.reach = old.had_reach ? old.reach : Reach<Dim, T>();
             record.state &= ~flag::has_reach;
             if (old.had_reach) record.state |= flag::has_reach;
@@ -126,7 +126,8 @@ class Journal
         }
         for (const std::uint32_t index : fresh)
             if (place_of_[Index{index}] == 0)
-                note(Index{index}, state.was_there(index) ? past.record(Index{index}) : Record<Dim, T>());
+                note(Index{index},
+                     state.was_there(index) ? record_of(state, applied, Index{index}) : Record<Dim, T>());
     }
     void note(Index index, const Record<Dim, T>& record)
     {

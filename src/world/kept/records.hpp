@@ -40,66 +40,27 @@ struct Record
     }
 };
 
-/// The state of objects after the last update, even if apply() or an update under way has changed them since.
-/// To be called for objects in ascending order.
+/// An object that was there after the last update, as it was then, even if apply() or an update under way has
+/// changed it since; without its user data, which no update changes.
 template <int Dim, class T>
-class Past
+[[nodiscard]] Record<Dim, T> record_of(const State<Dim, T>& state,
+                                       const std::optional<Applied<Dim, T>>& applied, Index index) noexcept
 {
-  public:
-    Past(const State<Dim, T>& state, const std::optional<Applied<Dim, T>>& applied) : state_(state)
-    {
-        if (!applied) return;
-        const auto by_index = [](const auto& x, const auto& y) { return x.index < y.index; };
-        filters_.assign(applied->changes.old_filters().begin(), applied->changes.old_filters().end());
-        reaches_.assign(applied->changes.old_reaches().begin(), applied->changes.old_reaches().end());
-        std::sort(filters_.begin(), filters_.end(), by_index);
-        std::sort(reaches_.begin(), reaches_.end(), by_index);
-    }
-    [[nodiscard]] const Aabb<Dim, T>& box(Index index) const noexcept { return state_.objects[index].last(); }
-    [[nodiscard]] ObjectFilter filter(Index index) noexcept
-    {
-        if (!state_.objects[index].has(flag::refiltered)) return state_.objects[index].filter();
-        return find(filters_, next_filter_, index).filter;
-    }
-    /// Null if it has none.
-    [[nodiscard]] const Reach<Dim, T>* reach(Index index) noexcept
-    {
-        if (state_.objects[index].has(flag::reach_kept)) {
-            const auto& old = find(reaches_, next_reach_, index);
-            return old.had_reach ? &old.reach : nullptr;
-        }
-        return state_.objects[index].has(flag::has_reach) ? &state_.objects.reach(index) : nullptr;
-    }
-    /// For an object that existed; without its user data, which no update changes.
-    [[nodiscard]] Record<Dim, T> record(Index index) noexcept
-    {
-        const auto object = state_.objects[index];
-        const ObjectFilter filter = this->filter(index);
-        const Reach<Dim, T>* const reach = this->reach(index);
-        Record<Dim, T> record;
-        record.generation = state_.ids.generation(raw(index));
-        record.numbers = {filter.category, filter.mask, filter.owner};
-        record.box = box(index);
-        record.state = static_cast<std::uint32_t>(object.place()) | flag::alive |
-                       (object.was_enabled() ? flag::enabled : 0u) |
-                       (filter.is_static ? flag::is_static : 0u) | (reach != nullptr ? flag::has_reach : 0u);
-        if (reach != nullptr) record.reach = *reach;
-        return record;
-    }
-
-  private:
-    template <class Kept>
-    static const Kept& find(const std::vector<Kept>& kept, std::size_t& next, Index index) noexcept
-    {
-        while (kept[next].index < index)
-            ++next;
-        return kept[next];
-    }
-    const State<Dim, T>& state_;
-    std::vector<typename Changes<Dim, T>::OldFilter> filters_; // ascending
-    std::vector<typename Changes<Dim, T>::OldReach> reaches_;
-    std::size_t next_filter_ = 0, next_reach_ = 0;
-};
+    const auto object = state.objects[index];
+    ObjectFilter filter = object.filter();
+    const Reach<Dim, T>* reach = object.has(flag::has_reach) ? &state.objects.reach(index) : nullptr;
+    if (object.has(flag::refiltered)) filter = applied->changes.old_filter(index);
+    if (object.has(flag::reach_kept)) reach = applied->changes.old_reach(index);
+    Record<Dim, T> record;
+    record.generation = state.ids.generation(raw(index));
+    record.numbers = {filter.category, filter.mask, filter.owner};
+    record.box = object.last();
+    record.state = static_cast<std::uint32_t>(recorded(object.place())) | flag::alive |
+                   (object.was_enabled() ? flag::enabled : 0u) | (filter.is_static ? flag::is_static : 0u) |
+                   (reach != nullptr ? flag::has_reach : 0u);
+    if (reach != nullptr) record.reach = *reach;
+    return record;
+}
 
 /// Makes an object what the record says; there is room for it.
 template <int Dim, class T>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory_resource>
@@ -52,6 +53,15 @@ class Table
   private:
     std::pmr::vector<Value> values_;
 };
+
+/// Room for `count` more, growing by half at least.
+template <class Vector>
+void reserve_more(Vector& vector, std::size_t count)
+{
+    const std::size_t wanted = vector.size() + count;
+    if (wanted > vector.capacity())
+        vector.reserve(std::max(wanted, vector.capacity() + vector.capacity() / 2));
+}
 
 } // namespace world
 JOSTLE_NAMESPACE_END

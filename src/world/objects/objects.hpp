@@ -24,17 +24,23 @@ enum class Place : std::uint32_t
 {
     none, // not in the world
     disabled,
-    active,
-    resting
+    active, // it changes, or has done so of late
+    resting,
+    parked // it waits to come to rest
 };
+
+/// As records and snapshots have it: whose turn comes when to rest is in a list of its own.
+constexpr Place recorded(Place place) noexcept
+{
+    return place == Place::parked ? Place::active : place;
+}
 
 /// The bits of an object's state.
 namespace flag {
-constexpr std::uint32_t place = 3; // the two bits of `Place`
-constexpr std::uint32_t alive = 1u << 2, enabled = 1u << 3, is_static = 1u << 4;
-constexpr std::uint32_t has_reach = 1u << 5; // its bounds are not just the box that was given
-constexpr std::uint32_t second = 1u << 6;    // which of its two boxes is the present one
-constexpr std::uint32_t parked = 1u << 7;    // active, and one of `Parked`
+constexpr std::uint32_t place = 7; // the three bits of `Place`
+constexpr std::uint32_t alive = 1u << 3, enabled = 1u << 4, is_static = 1u << 5;
+constexpr std::uint32_t has_reach = 1u << 6; // its bounds are not just the box that was given
+constexpr std::uint32_t second = 1u << 7;    // which of its two boxes is the present one
 // In the update under way:
 constexpr std::uint32_t written = 1u << 8;     // the other box is that of the last update
 constexpr std::uint32_t refiltered = 1u << 9;  // Changes has the filter of the last update
@@ -44,12 +50,11 @@ constexpr std::uint32_t asked = 1u << 12;      // its filter was set: `accept` i
 constexpr std::uint32_t again = 1u << 13;      // all its pairs are to be reported as if they were new
 constexpr std::uint32_t again_some = 1u << 14; // some of them: those that Changes has
 constexpr std::uint32_t noted = 1u << 15;      // the call of apply() under way has it in its list
-constexpr std::uint32_t shifting = 1u << 16;   // it rests, and moves without waking up
-constexpr std::uint32_t unclaimed = 1u << 17;  // it is new, and no queue has said anything about it yet
+constexpr std::uint32_t unclaimed = 1u << 16;  // it is new, and no queue has said anything about it yet
 // This lasts, too:
-constexpr std::uint32_t shifted = 1u << 18; // it rests, and has moved there of late
+constexpr std::uint32_t shifted = 1u << 17; // it rests, and has moved there of late
 constexpr std::uint32_t transient =
-    written | refiltered | reach_kept | contested | asked | again | again_some | noted | shifting | unclaimed;
+    written | refiltered | reach_kept | contested | asked | again | again_some | noted | unclaimed;
 } // namespace flag
 
 /// Many objects, with an array for each property: for moving objects an update reads little more than boxes.

@@ -28,10 +28,9 @@ class Parked
     {
     }
 
-    [[nodiscard]] std::size_t size() const noexcept { return end_ - front_ - gone_; }
+    [[nodiscard]] std::size_t size() const noexcept { return indices_.size() - front_ - gone_; }
 
-    /// The boxes, also of some that have left or changed since, and of those that are staged. Their places
-    /// are numbered from 0.
+    /// The boxes, also of some that have left or changed since. Their places are numbered from 0.
     [[nodiscard]] std::span<const Box> boxes() const noexcept
     {
         return std::span<const Box>(boxes_).subspan(front_);
@@ -42,71 +41,55 @@ class Parked
     template <class Body>
     void each(const Body& body) const
     {
-        for (std::size_t at = front_; at < end_; ++at)
+        for (std::size_t at = front_; at < indices_.size(); ++at)
             if (indices_[at] != nobody && !body(indices_[at])) return;
     }
 
-    // What an update that may still fail says:
-
-    void unstage() noexcept
-    {
-        boxes_.resize(end_);
-        indices_.resize(end_);
-    }
-    /// The object comes last; it isn't here before keep_staged.
-    void stage(Index object, const Box& box)
-    {
-        indices_.push_back(object);
-        boxes_.push_back(box);
-    }
-    [[nodiscard]] std::span<const Index> staged() const noexcept
-    {
-        return std::span<const Index>(indices_).subspan(end_);
-    }
     /// Room for all objects there are.
     void make_room(std::size_t objects)
     {
         if (place_of_.size() < objects) place_of_.grow(objects);
     }
-
+    /// Room for so many more that wait.
     void reserve(std::size_t count)
     {
-        boxes_.reserve(count);
-        indices_.reserve(count);
+        reserve_more(boxes_, count);
+        reserve_more(indices_, count);
     }
 
     // When an update is committed:
 
     void clear() noexcept
     {
-        front_ = end_ = gone_ = 0;
-        unstage();
+        boxes_.clear();
+        indices_.clear();
+        front_ = gone_ = 0;
     }
-    /// The first `count` of what is staged is here from now on, the rest isn't.
-    void keep_staged(std::size_t count) noexcept
+    /// The object comes last. There is room for it.
+    void push(Index object, const Box& box) noexcept
     {
-        for (; count != 0; --count, ++end_)
-            place_of_[indices_[end_]] = static_cast<std::uint32_t>(end_);
-        unstage();
+        place_of_[object] = static_cast<std::uint32_t>(indices_.size());
+        indices_.push_back(object);
+        boxes_.push_back(box);
     }
     /// An object that is here leaves.
     void remove(Index object) noexcept
     {
         const std::size_t at = place_of_[object];
-        assert(at >= front_ && at < end_ && indices_[at] == object);
+        assert(at >= front_ && at < indices_.size() && indices_[at] == object);
         indices_[at] = nobody;
         ++gone_;
     }
     /// After some have been removed. Takes no longer than they took to come and go.
     void close_gaps() noexcept
     {
-        while (front_ < end_ && indices_[front_] == nobody) {
+        while (front_ < indices_.size() && indices_[front_] == nobody) {
             ++front_;
             --gone_;
         }
-        if (2 * (front_ + gone_) <= end_) return;
+        if (2 * (front_ + gone_) <= indices_.size()) return;
         std::size_t to = 0;
-        for (std::size_t at = front_; at < end_; ++at) {
+        for (std::size_t at = front_; at < indices_.size(); ++at) {
             if (indices_[at] == nobody) continue;
             boxes_[to] = boxes_[at];
             indices_[to] = indices_[at];
@@ -114,15 +97,15 @@ class Parked
             ++to;
         }
         front_ = gone_ = 0;
-        end_ = to;
-        unstage();
+        boxes_.resize(to);
+        indices_.resize(to);
     }
 
   private:
     std::pmr::vector<Box> boxes_;
     std::pmr::vector<Index> indices_;
-    std::size_t front_ = 0, end_ = 0;      // those that are here; what is staged follows
-    std::size_t gone_ = 0;                 // of these: have left
+    std::size_t front_ = 0;                // the first that is here
+    std::size_t gone_ = 0;                 // of those behind it: have left
     Table<Index, std::uint32_t> place_of_; // of objects that are here
 };
 

@@ -22,7 +22,7 @@ namespace world {
 // Pairs are looked at in runs of this many, and objects, of which each takes as long as several pairs.
 constexpr std::size_t run_length = 4096, object_run = 512;
 
-// How many updates an object must stay unchanged before it comes to rest, unless it is parked.
+// How many updates an object must stay unchanged before it comes to rest, or waits for its turn to.
 constexpr std::uint32_t idle_updates = 3;
 // New objects need one only, and never wait: what has never moved seldom does, and an index that is filled at
 // once answers faster than one that grows little by little.
@@ -117,7 +117,7 @@ struct State
     {
         const auto object = objects[index];
         if (shown != nullptr && object.has(flag::written)) return object.is_there();
-        return object.place() == Place::active || object.place() == Place::resting;
+        return object.place() >= Place::active;
     }
     [[nodiscard]] const Aabb<Dim, T>& shown_box(Index index) const noexcept
     {

@@ -61,7 +61,7 @@ std::array<index::Child<Dim, T>, 2> roots_of(const typename World<Dim, T>::Imple
                                              const ShownResting<Dim, T>& resting)
 {
     std::array<index::Child<Dim, T>, 2> roots{resting.root()};
-    if (const BoxIndex<Dim, T>* const active = world.active_index.of(world.state))
+    if (const BoxIndex<Dim, T>* const active = active_of(world.active_index, world.state))
         roots[1] = BoxIndexAccess::tree(*active).root();
     return roots;
 }

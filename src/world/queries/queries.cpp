@@ -64,10 +64,11 @@ class Asking
         const bool is_free = visits == Visits::in_join || !world.in_use.load(std::memory_order_relaxed);
         if (is_masked && visits != Visits::in_own_order && is_free)
             for (const auto& layer : world.layers)
-                if (layer->is_for(filter.category, filter.mask)) // as filters were before apply()
-                    return {tree_of(&layer->resting(state, world.applied)), tree_of(layer->active.of(state)),
-                            state.shown != nullptr};
-        return {tree_of(&state.resting), tree_of(world.active_index.of(state)), is_masked};
+                if (layer->asker.category == filter.category && layer->asker.mask == filter.mask)
+                    return {tree_of(&resting_of(*layer, state, world.applied)),
+                            tree_of(active_of(layer->active, state, &layer->asker)),
+                            state.shown != nullptr}; // it goes by filters as they were before apply()
+        return {tree_of(&state.resting), tree_of(active_of(world.active_index, state)), is_masked};
     }
 
     Asking(const Implementation& world, const ObjectQueryFilter& filter, Visits visits = Visits::no)
@@ -391,7 +392,7 @@ auto World<Dim, T>::bounds() const -> std::optional<Box>
     const auto is_there = [&](std::uint32_t i) { return state.is_shown_resting(world::Index{i}); };
     const index::Tree<Dim, T>& resting = BoxIndexAccess::tree(state.resting);
     include(state.shown == nullptr ? resting.hull() : resting.hull_of(is_there));
-    if (const BoxIndex<Dim, T>* const active = implementation_->active_index.of(state))
+    if (const BoxIndex<Dim, T>* const active = world::active_of(implementation_->active_index, state))
         include(BoxIndexAccess::tree(*active).hull());
     return all;
 }

@@ -21,7 +21,7 @@ Record<Dim, T> shown_record(const State<Dim, T>& state, std::uint32_t end, std::
     const Index index{i};
     const auto object = state.objects[index];
     if (!object.has(flag::alive)) return record;
-    Place place = object.place();
+    Place place = recorded(object.place());
     if (object.has(flag::written)) place = object.is_there() ? Place::active : Place::disabled;
     record.generation = state.ids.generation(i);
     record.numbers = object.numbers();
@@ -144,8 +144,10 @@ void empty_view(typename World<Dim, T>::Implementation& view) noexcept
     state.resting.clear();
     state.alive = state.disabled = 0;
     view.active_index.forget();
-    for (const auto& layer : view.layers)
-        layer->forget();
+    for (const auto& layer : view.layers) {
+        layer->active.forget();
+        layer->resting.forget();
+    }
     view.change_log.drop();
     view.follows->position = {};
     view.stats = describe(state, view.last_lists());

@@ -43,9 +43,9 @@ void list_suspects(typename World<Dim, T>::Implementation& me, std::pmr::vector<
 template <int Dim, class T>
 struct ThenAndNow
 {
-    ThenAndNow(const typename World<Dim, T>::Implementation& me, Past<Dim, T>& past, Index index)
+    ThenAndNow(const typename World<Dim, T>::Implementation& me, Index index)
     {
-        if (me.state.was_there(raw(index))) now = past.record(index);
+        if (me.state.was_there(raw(index))) now = record_of(me.state, me.applied, index);
         const Record<Dim, T>* const noted = me.journal->find(index);
         then = noted != nullptr ? *noted : now;
         if (now.generation != 0) now.data = me.user_data.of(raw(index));
@@ -61,7 +61,6 @@ void write_changes(SnapshotWriter& out, typename World<Dim, T>::Implementation& 
     auto& journal = *me.journal;
     auto& work = journal.work;
     list_suspects<Dim, T>(me, work.indices);
-    Past<Dim, T> past(state, me.applied);
 
     std::size_t kept = 0;
     out.put(std::uint64_t{state.ids.compare(
@@ -71,7 +70,7 @@ void write_changes(SnapshotWriter& out, typename World<Dim, T>::Implementation& 
     std::uint64_t count = 0;
     out.put(count);
     for (const std::uint32_t index : work.indices) {
-        const ThenAndNow<Dim, T> record(me, past, Index{index});
+        const ThenAndNow<Dim, T> record(me, Index{index});
         if (same_record(record.then, record.now)) continue;
         out.put(index);
         write_record(out, record.now);
@@ -127,6 +126,8 @@ class Return
     void read_free();
     void read_lists();
     void read_refused();
+    void list_targets();
+    void put_ahead();
     [[nodiscard]] const Target* find(std::uint32_t index) const noexcept
     {
         const auto at = std::partition_point(work_.targets.begin(), work_.targets.end(),
@@ -138,7 +139,7 @@ class Return
     {
         if (index >= end_) return Place::none;
         if (const Target* const target = find(index)) return target->record.place();
-        return state_.was_there(index) ? state_.objects[Index{index}].place() : Place::none;
+        return state_.was_there(index) ? recorded(state_.objects[Index{index}].place()) : Place::none;
     }
     /// Of two objects of the base that stay pairs unless the changes say otherwise: whether both stay, too.
     [[nodiscard]] bool is_left(Key key) const noexcept
@@ -184,10 +185,9 @@ void Return<Dim, T>::read_objects()
     census_ = {state_.alive, state_.disabled, state_.resting.size()};
     auto& targets = work_.targets;
     targets.clear();
-    Past<Dim, T> past(state_, me_.applied);
     std::size_t next = 0;
     const auto add = [&](Index index, const Record<Dim, T>* to) {
-        const ThenAndNow<Dim, T> record(me_, past, index);
+        const ThenAndNow<Dim, T> record(me_, index);
         targets.push_back({index, to != nullptr ? *to : record.then});
         census_.remove(record.now);
         census_.add(targets.back().record);
@@ -280,15 +280,22 @@ void Return<Dim, T>::make_room()
     state_.active.reserve(work_.active.size());
     state_.parked.reserve(work_.parked.size());
     state_.shifted.reserve(work_.shifted.size());
+    list_targets();
+    put_ahead();
+}
+
+/// Has the journal note what objects are now, and lists those that come to rest, wake up or rest elsewhere.
+template <int Dim, class T>
+void Return<Dim, T>::list_targets()
+{
     work_.come.clear(), work_.gone.clear(), work_.moved.clear(), work_.changed.clear();
     work_.come_boxes.clear(), work_.moved_boxes.clear(), work_.indices.clear();
-    Past<Dim, T> present(state_, me_.applied);
     for (const Target& each : work_.targets) {
         const std::uint32_t index = raw(each.index);
         const auto object = state_.objects[each.index];
         if (journal_.find(each.index) == nullptr)
-            journal_.note(each.index,
-                          state_.was_there(index) ? present.record(each.index) : Record<Dim, T>());
+            journal_.note(each.index, state_.was_there(index) ? record_of(state_, me_.applied, each.index)
+                                                              : Record<Dim, T>());
         if (each.record.has(flag::has_reach)) state_.objects.make_room_for_reach(each.index);
         if (each.record.generation != 0) me_.user_data.expect(index, each.record.data);
         work_.changed.push_back(each.index);
@@ -310,7 +317,13 @@ void Return<Dim, T>::make_room()
         const Key one[] = {key};
         journal_.note_refused(std::span(one).first(is_now ? 0 : 1), std::span(one).first(is_now ? 1 : 0));
     }
-    // Those that are refused then and aren't now are so from here on, unless anything fails.
+}
+
+/// What is refused then and isn't now, and what rests then and doesn't now, is so from here on, unless
+/// anything fails.
+template <int Dim, class T>
+void Return<Dim, T>::put_ahead()
+{
     struct Added
     {
         State<Dim, T>& state;
@@ -342,7 +355,7 @@ void Return<Dim, T>::commit() noexcept
     me_.queues.discard();
     if (!work_.gone.empty()) BoxIndexAccess::tree(state_.resting).erase(work_.gone);
     state_.parked.each([&](Index index) {
-        state_.objects[index].set(flag::parked, false);
+        state_.objects[index].set_place(Place::active);
         return true;
     });
     for (const auto& each : state_.shifted)

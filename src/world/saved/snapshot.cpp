@@ -94,11 +94,10 @@ std::vector<std::byte> World<Dim, T>::Implementation::save(const world::IdTable:
     out.begin(world::whole_snapshot, world::saved_space<Dim, T>, 0);
     out.put(state.margin);
     out.put(std::uint64_t{ids.generations.size()});
-    world::Past<Dim, T> past(state, applied);
     for (std::uint32_t i = 0; i < ids.generations.size(); ++i) {
         world::Record<Dim, T> record;
         if (ids.generations[i] != 0) {
-            record = past.record(world::Index{i});
+            record = record_of(state, applied, world::Index{i});
             record.generation = ids.generations[i];
             record.data = user_data.of(i);
         }

@@ -219,7 +219,6 @@ constexpr Meaning meanings[] = {{alive, flag::alive},
 static_assert(0 == static_cast<int>(Place::none) && 1 == static_cast<int>(Place::disabled) &&
                   2 == static_cast<int>(Place::active) && 3 == static_cast<int>(Place::resting),
               "the places are part of the format, too");
-static_assert(saved::place == flag::place, "the place is handed on as it is");
 
 /// The state in memory of an object that has these bits in a snapshot, and the other way round.
 constexpr std::uint32_t state_of(std::uint32_t bits) noexcept
@@ -350,7 +349,7 @@ void read_active(SnapshotReader& in, const PlaceOf& place_of, std::uint64_t coun
     });
 }
 
-/// These are the lists from now on. The objects are there, and none has a flag of a list.
+/// These are the lists from now on. The objects are there, as their records say.
 template <int Dim, class T, class List>
 void put_active(State<Dim, T>& state, const List& active, const List& parked, const List& shifted)
 {
@@ -358,11 +357,11 @@ void put_active(State<Dim, T>& state, const List& active, const List& parked, co
     state.shifted.assign(shifted.begin(), shifted.end());
     for (const auto& each : shifted)
         state.objects[each.index].set(flag::shifted);
+    state.parked.reserve(parked.size());
     for (const auto& each : parked) {
-        state.parked.stage(each.index, state.objects[each.index].now());
-        state.objects[each.index].set(flag::parked);
+        state.parked.push(each.index, state.objects[each.index].now());
+        state.objects[each.index].set_place(Place::parked);
     }
-    state.parked.keep_staged(parked.size());
 }
 
 } // namespace world

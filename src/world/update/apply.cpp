@@ -405,6 +405,9 @@ void apply_ahead(State<Dim, T>& state, Queues<Dim, T>& queues, Applied<Dim, T>& 
     writer.begin(counts.speaking, counts.speaker, &noted);
     apply_queued(state, queues, writer);
     if (writer.any_contested()) settle_contests(state, changes, writer, queues, {}, counts.own, arena);
+    // Queries by layers and snapshots ask for what objects were.
+    changes.sort_filters();
+    changes.sort_reaches();
     changes.sort_again();
     for (const Noted& each : noted) {
         const auto object = state.objects[each.index];

@@ -5,8 +5,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <bit>
-#include <utility>
 
 #include "base/block_buffer_access.hpp"
 #include "base/buffer.hpp"
@@ -22,74 +20,8 @@ JOSTLE_NAMESPACE_BEGIN
 namespace world {
 namespace {
 
-// Up to this many boxes all pairs are tried at once. (The engine has a limit of its own, engine::few_boxes.)
+// Up to this many entries are tried here: the engine's working memory takes more than a small world does.
 constexpr std::size_t few_to_try = 24;
-
-// So few against many idle ones are tried one by one: a grid for all would be made for them alone.
-constexpr std::size_t few_movers = 8;
-
-/// Finds pairs of a position in `boxes` and a place in `parked` whose boxes touch.
-template <int Dim, class T>
-void find_parked(const Parked<Dim, T>& parked, std::span<const Aabb<Dim, T>> boxes, PairFinder& finder,
-                 PairBuffer& buffer, std::pmr::vector<Pair>& found)
-{
-    const std::span<const Aabb<Dim, T>> others = parked.boxes();
-    if (others.empty() || boxes.empty()) return;
-    if (boxes.size() > few_movers) {
-        PairFinderAccess::find(finder, BoxView<Dim, T>(boxes), BoxView<Dim, T>(others), {}, buffer);
-        for (const std::span<const Pair> block : buffer.blocks())
-            found.insert(found.end(), block.begin(), block.end());
-        return;
-    }
-    constexpr std::uint32_t at_once = 64;
-    const auto count = static_cast<std::uint32_t>(others.size());
-    for (std::uint32_t first = 0; first < count; first += at_once) {
-        const std::uint32_t here = std::min(at_once, count - first);
-        for (std::uint32_t i = 0; i < boxes.size(); ++i) {
-            // Most are apart along the first axis already.
-            std::uint64_t beside = 0;
-            for (std::uint32_t k = 0; k < here; ++k) {
-                bool is = boxes[i].lo[0] <= others[first + k].hi[0];
-                is &= others[first + k].lo[0] <= boxes[i].hi[0];
-                beside |= std::uint64_t{is} << k;
-            }
-            for (; beside != 0; beside &= beside - 1) {
-                const std::uint32_t place = first + static_cast<std::uint32_t>(std::countr_zero(beside));
-                if (overlaps_branchless(boxes[i], others[place])) found.push_back({i, place});
-            }
-        }
-    }
-}
-
-/// While it lives, what has changed and rested has no filter class. It is still in the index as it was, and
-/// found there; whoever finds something without a class looks at the object, and sees that it is found as a
-/// changed one already.
-template <int Dim, class T>
-class WithoutClass
-{
-  public:
-    WithoutClass(State<Dim, T>& state, std::span<const std::uint32_t> rested, Arena& arena)
-        : classes_(state.classes),
-          rested_(rested),
-          kept_(arena.list<FilterClass>("filters of changed objects that rested"))
-    {
-        kept_.reserve(rested.size());
-        for (const std::uint32_t index : rested)
-            kept_.push_back(std::exchange(classes_[Index{index}], FilterClass::look));
-    }
-    WithoutClass(const WithoutClass&) = delete;
-    WithoutClass& operator=(const WithoutClass&) = delete;
-    ~WithoutClass()
-    {
-        for (std::size_t k = 0; k < rested_.size(); ++k)
-            classes_[Index{rested_[k]}] = kept_[k];
-    }
-
-  private:
-    FilterClasses& classes_;
-    std::span<const std::uint32_t> rested_;
-    std::pmr::vector<FilterClass>& kept_;
-};
 
 template <int Dim, class T>
 class Search
@@ -106,13 +38,13 @@ class Search
           neighbour_lists_(neighbour_lists),
           arena_(arena),
           found_(arena.take<PairBuffer>("pairs as they were found")),
-          all_pass_(state.classes.all_pass())
+          all_pass_(state.classes.all_pass()),
+          has_rested_(state.objects.capacity(), entries.rested, arena)
     {
         found_.clear();
     }
 
     void among_active();
-    void among_parked();
     void among_resting();
     /// All that was found, in the memory of `to`, and what was done for it.
     void tell(Candidates& candidates, PairBuffer& to)
@@ -131,29 +63,24 @@ class Search
         looked_at_.fetch_add(looked_at, std::memory_order_relaxed);
         rejected_.fetch_add(looked_at - kept, std::memory_order_relaxed);
     }
-    [[nodiscard]] bool pass(Entry a, Entry b) const noexcept
-    {
-        return pass(entries_.filter[a], entries_.index[a], entries_.filter[b], entries_.index[b]);
-    }
     [[nodiscard]] bool pass(FilterClass class_a, Index a, FilterClass class_b, Index b) const noexcept
     {
         if (class_a != FilterClass::look && class_b != FilterClass::look)
             return state_.classes.pass(class_a, class_b);
         return passes(state_.objects[a].filter(), state_.objects[b].filter());
     }
-    Pair* select_entries(Pair* first, const Pair* last, std::size_t first_b) noexcept;
     template <class EntryOf>
     std::uint32_t select_resting(Pair* first, const Pair* last, const Division& division,
                                  const EntryOf& entry_of) noexcept;
     void among(std::span<const Box> boxes);
-    void between(std::span<const Box> moved, std::span<const Box> idle);
+    template <class IndexOf>
+    void between(std::span<const Box> moved, std::span<const Box> others, const IndexOf& index_of,
+                 PairBuffer& pairs);
     void take(const PairBuffer& pairs)
     {
         for (const std::span<const Pair> block : pairs.blocks())
             PairBufferAccess(found_).append(block);
     }
-    void try_all(std::span<const Box> boxes);
-    void try_each(std::span<const Box> moved, std::span<const Box> idle);
     std::span<Pair> sorted(PairBuffer& to);
     void sort_in_parts(std::pmr::vector<Pair>& pairs, std::pmr::vector<Pair>& spare, std::span<Pair> to);
     void find_listed(const Division& division);
@@ -166,49 +93,12 @@ class Search
     Arena& arena_;
     PairBuffer& found_; // pairs of indices, in memory of those that found them
     const bool all_pass_;
+    const Marked has_rested_;
     std::atomic<std::uint64_t> looked_at_{0}, rejected_{0};
     std::uint64_t listed_ = 0;
 };
 
-/// Of pairs of entries, the second ones counted from `first_b`, keeps those that agree, as pairs of indices.
-template <int Dim, class T>
-Pair* Search<Dim, T>::select_entries(Pair* const first, const Pair* last, std::size_t first_b) noexcept
-{
-    Pair* kept = first;
-    for (const Pair* pair = first; pair != last; ++pair) {
-        const Entry a{pair->a}, b{pair->b + static_cast<std::uint32_t>(first_b)};
-        if (!all_pass_ && !pass(a, b)) continue;
-        *kept++ = pair_of(entries_.index[a], entries_.index[b]);
-    }
-    count(static_cast<std::uint64_t>(last - first), static_cast<std::uint64_t>(kept - first));
-    return kept;
-}
-
-template <int Dim, class T>
-void Search<Dim, T>::try_all(std::span<const Box> boxes)
-{
-    Pair* const tried = PairBufferAccess(arena_.take<PairBuffer>("pairs of few entries"))
-                            .chunk(0, few_to_try * few_to_try / 2)
-                            .data();
-    Pair* end = tried;
-    for (std::uint32_t i = 0; i < boxes.size(); ++i)
-        for (std::uint32_t j = i + 1; j < boxes.size(); ++j)
-            if (overlaps_branchless(boxes[i], boxes[j])) *end++ = {i, j};
-    PairBufferAccess(found_).append({tried, select_entries(tried, end, 0)});
-}
-
-template <int Dim, class T>
-void Search<Dim, T>::try_each(std::span<const Box> moved, std::span<const Box> idle)
-{
-    auto& tried = arena_.list<Pair>("pairs of few changed entries and idle ones");
-    for (std::uint32_t i = 0; i < moved.size(); ++i)
-        for (std::uint32_t j = 0; j < idle.size(); ++j)
-            if (overlaps_branchless(moved[i], idle[j])) tried.push_back({i, j});
-    Pair* const end = select_entries(tried.data(), tried.data() + tried.size(), entries_.changed);
-    PairBufferAccess(found_).append({tried.data(), end});
-}
-
-/// Pairs of changed objects with each other and with idle ones.
+/// Pairs of changed objects with each other, with idle ones and with parked ones.
 template <int Dim, class T>
 void Search<Dim, T>::among_active()
 {
@@ -219,68 +109,79 @@ void Search<Dim, T>::among_active()
         among(all);
     } else {
         among(moved);
-        between(moved, idle);
+        const auto index_of = [&](std::uint32_t k) {
+            return entries_.index[Entry{k + static_cast<std::uint32_t>(entries_.changed)}];
+        };
+        between(moved, idle, index_of, arena_.take<PairBuffer>("pairs of changed entries and idle ones"));
     }
+    const auto parked = [&](std::uint32_t place) {
+        const Index index = state_.parked.index(place); // what has changed is found as such
+        const bool waits = index != state_.parked.nobody && !state_.objects[index].has(flag::written);
+        return waits ? index : state_.parked.nobody;
+    };
+    between(moved, state_.parked.boxes(), parked,
+            arena_.take<PairBuffer>("pairs of changed entries and parked objects"));
 }
 
 /// Pairs of the entries from the first on that have these boxes.
 template <int Dim, class T>
 void Search<Dim, T>::among(std::span<const Box> boxes)
 {
-    if (boxes.size() <= few_to_try) {
-        try_all(boxes);
-        return;
-    }
     // Where the entries are all objects, from the first one on, they have the same numbers.
     const bool same_numbers = all_pass_ && entries_.changed == entries_.size() &&
                               raw(entries_.index.values().back()) == entries_.size() - 1;
-    const auto select = [&](Pair* first, Pair* last) { return select_entries(first, last, 0); };
+    const auto select = [&](Pair* const first, Pair* last) {
+        Pair* kept = first;
+        for (const Pair* pair = first; pair != last; ++pair) {
+            const Entry a{pair->a}, b{pair->b};
+            if (!all_pass_ &&
+                !pass(entries_.filter[a], entries_.index[a], entries_.filter[b], entries_.index[b]))
+                continue;
+            *kept++ = pair_of(entries_.index[a], entries_.index[b]);
+        }
+        count(static_cast<std::uint64_t>(last - first), static_cast<std::uint64_t>(kept - first));
+        return kept;
+    };
+    auto& pairs = arena_.take<PairBuffer>("pairs among entries");
+    if (boxes.size() <= few_to_try) {
+        Pair* const tried = PairBufferAccess(pairs).chunk(0, few_to_try * few_to_try / 2).data();
+        Pair* end = tried;
+        for (std::uint32_t i = 0; i < boxes.size(); ++i)
+            for (std::uint32_t j = i + 1; j < boxes.size(); ++j)
+                if (overlaps_branchless(boxes[i], boxes[j])) *end++ = {i, j};
+        PairBufferAccess(found_).append({tried, select(tried, end)});
+        return;
+    }
     PairFinderAccess::Selection wanted;
     if (!same_numbers) wanted = select;
-    auto& pairs = arena_.take<PairBuffer>("pairs among entries");
     PairFinderAccess::find(finder_, Boxes(boxes), wanted, pairs);
     if (same_numbers) count(pairs.size(), pairs.size());
     take(pairs);
 }
 
-/// Pairs of a changed entry and an idle one.
+/// Pairs of a changed entry and one of `others`, of which index_of says who it is, or that it is nobody.
 template <int Dim, class T>
-void Search<Dim, T>::between(std::span<const Box> moved, std::span<const Box> idle)
+template <class IndexOf>
+void Search<Dim, T>::between(std::span<const Box> moved, std::span<const Box> others, const IndexOf& index_of,
+                             PairBuffer& pairs)
 {
-    if (moved.size() <= few_movers) {
-        try_each(moved, idle);
-        return;
-    }
-    const auto select = [&](Pair* first, Pair* last) {
-        return select_entries(first, last, entries_.changed);
+    if (others.empty()) return;
+    const auto select = [&](Pair* const first, Pair* last) {
+        Pair* kept = first;
+        std::uint64_t candidates = 0;
+        for (const Pair* pair = first; pair != last; ++pair) {
+            const Entry entry{pair->a};
+            const Index index = entries_.index[entry], other = index_of(pair->b);
+            if (other == state_.parked.nobody) continue;
+            ++candidates;
+            if (all_pass_ || pass(entries_.filter[entry], index, state_.classes[other], other))
+                *kept++ = pair_of(index, other);
+        }
+        count(candidates, static_cast<std::uint64_t>(kept - first));
+        return kept;
     };
-    auto& pairs = arena_.take<PairBuffer>("pairs of changed entries and idle ones");
-    PairFinderAccess::find(finder_, Boxes(moved), Boxes(idle), select, pairs);
+    PairFinderAccess::find(finder_, Boxes(moved), Boxes(others), select, pairs);
     take(pairs);
-}
-
-/// Pairs of changed objects with parked ones.
-template <int Dim, class T>
-void Search<Dim, T>::among_parked()
-{
-    const std::span<const Box> moved = std::span<const Box>(entries_.box.values()).first(entries_.changed);
-    auto& pairs = arena_.list<Pair>("pairs of changed entries and parked objects");
-    find_parked(state_.parked, moved, finder_,
-                arena_.take<PairBuffer>("pairs with parked objects, in blocks"), pairs);
-    Pair* kept = pairs.data();
-    std::uint64_t candidates = 0;
-    for (const Pair& pair : pairs) {
-        const Entry entry{pair.a};
-        const Index index = entries_.index[entry], other = state_.parked.index(pair.b);
-        // What has changed is found as such.
-        if (other == Parked<Dim, T>::nobody || state_.objects[other].has(flag::written)) continue;
-        ++candidates;
-        if (all_pass_ || pass(entries_.filter[entry], index, state_.classes[other], other))
-            *kept++ = pair_of(index, other);
-    }
-    const auto count_kept = static_cast<std::size_t>(kept - pairs.data());
-    count(candidates, count_kept);
-    PairBufferAccess(found_).append({pairs.data(), count_kept});
 }
 
 /// Of pairs of an entry and a resting object keeps those that agree, as pairs of indices.
@@ -289,7 +190,6 @@ template <class EntryOf>
 std::uint32_t Search<Dim, T>::select_resting(Pair* const first, const Pair* last, const Division& division,
                                              const EntryOf& entry_of) noexcept
 {
-    const bool any_rested = !entries_.rested.empty();
     Pair* kept = first;
     std::uint64_t candidates = 0;
     for (const Pair* each = first; each != last; ++each) {
@@ -298,14 +198,10 @@ std::uint32_t Search<Dim, T>::select_resting(Pair* const first, const Pair* last
         // What a list holds and has moved or woken up since is found elsewhere, if anywhere; what does so in
         // this update, as a changed one.
         if (neighbour_lists_.has_left(other, division.created[entry])) continue;
-        bool agree = true;
-        if (any_rested || !all_pass_) {
-            const FilterClass class_of_other = state_.classes[other];
-            if (class_of_other == FilterClass::look && state_.objects[other].has(flag::written)) continue;
-            agree = pass(entries_.filter[entry], index, class_of_other, other);
-        }
+        if (has_rested_(other)) continue;
         ++candidates;
-        if (agree) *kept++ = pair_of(index, other);
+        if (all_pass_ || pass(entries_.filter[entry], index, state_.classes[other], other))
+            *kept++ = pair_of(index, other);
     }
     count(candidates, static_cast<std::uint64_t>(kept - first));
     return static_cast<std::uint32_t>(kept - first);
@@ -315,8 +211,7 @@ std::uint32_t Search<Dim, T>::select_resting(Pair* const first, const Pair* last
 template <int Dim, class T>
 void Search<Dim, T>::among_resting()
 {
-    const WithoutClass<Dim, T> without_class(state_, entries_.rested, arena_);
-    const Division division = neighbour_lists_.divide(state_, entries_, arena_);
+    const Division division = neighbour_lists_.divide(state_, entries_, has_rested_, arena_);
     listed_ = division.listed;
     if (!division.lookups.empty()) find_listed(division);
     if (!division.unlisted.empty()) find_unlisted(division);
@@ -449,7 +344,6 @@ Candidates find(State<Dim, T>& state, const Entries<Dim, T>& entries, PairFinder
     if (entries.changed != 0) {
         const auto t0 = Clock::now();
         search.among_active();
-        search.among_parked();
         const auto t1 = Clock::now();
         candidates.us_active = microseconds(t0, t1);
         if (state.resting.size() != 0) {
@@ -480,11 +374,12 @@ std::span<const Pair> find_old_pairs(State<Dim, T>& state, const Changes<Dim, T>
         if (k + fetch_ahead < joined.size()) state.objects[Index{joined[k + fetch_ahead].b}].prefetch_state();
         take(entries.stirring[joined[k].a], Index{joined[k].b});
     }
-    auto& beside = arena.list<Pair>("stirring objects and what was parked around them");
-    find_parked(state.parked, boxes, finder,
-                arena.take<PairBuffer>("stirring objects and parked ones, in blocks"), beside);
+    auto& beside = arena.take<PairBuffer>("stirring objects and what was parked around them");
+    beside.clear();
+    const BoxView<Dim, T> parked(state.parked.boxes());
+    if (parked.size() != 0) PairFinderAccess::find(finder, BoxView<Dim, T>(boxes), parked, {}, beside);
     for (const Pair& pair : beside)
-        if (const Index other = state.parked.index(pair.b); other != Parked<Dim, T>::nobody)
+        if (const Index other = state.parked.index(pair.b); other != state.parked.nobody)
             take(entries.stirring[pair.a], other);
     sort_pairs(pairs, arena.list<Pair>("old pairs of stirring objects, in another order"));
     return pairs;

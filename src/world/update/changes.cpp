@@ -44,6 +44,13 @@ ObjectFilter Changes<Dim, T>::old_filter(Index index) const noexcept
 }
 
 template <int Dim, class T>
+const Reach<Dim, T>* Changes<Dim, T>::old_reach(Index index) const noexcept
+{
+    const OldReach& old = *find(old_reaches_, sorted_reaches_, index);
+    return old.had_reach ? &old.reach : nullptr;
+}
+
+template <int Dim, class T>
 bool Changes<Dim, T>::is_again(const Pair& pair) const noexcept
 {
     const auto flags = state_->objects[Index{pair.a}].state() | state_->objects[Index{pair.b}].state();

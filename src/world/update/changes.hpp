@@ -45,6 +45,8 @@ class Changes
     [[nodiscard]] const std::pmr::vector<Index>& objects() const noexcept { return objects_; }
     /// Of any object: what it was after the last update.
     [[nodiscard]] ObjectFilter old_filter(Index index) const noexcept;
+    /// Of one with `reach_kept`; null if it had none.
+    [[nodiscard]] const Reach<Dim, T>* old_reach(Index index) const noexcept;
     /// What was kept of filters and reaches, in any order, each object once.
     [[nodiscard]] std::span<const OldFilter> old_filters() const noexcept { return old_filters_; }
     [[nodiscard]] std::span<const OldReach> old_reaches() const noexcept { return old_reaches_; }

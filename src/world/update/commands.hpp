@@ -68,15 +68,6 @@ struct Addition
     ObjectOptions<T> options;
 };
 
-/// Room for `count` more, growing by half at least.
-template <class Vector>
-void reserve_more(Vector& vector, std::size_t count)
-{
-    const std::size_t wanted = vector.size() + count;
-    if (wanted > vector.capacity())
-        vector.reserve(std::max(wanted, vector.capacity() + vector.capacity() / 2));
-}
-
 /// What threads are made of. The tests have others, of which they try every schedule: schedules_test.cpp.
 struct SystemThreads
 {

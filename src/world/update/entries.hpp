@@ -44,21 +44,58 @@ struct Entries
     // ones, and those that move within it.
     std::pmr::vector<std::uint32_t>& rested;
     std::pmr::vector<std::uint32_t>&waking, &shifting;
-    // Changed objects whose old pairs are in no list: those in `rested`, those that were parked, and all
-    // changed objects in an update that parks others.
+    // Changed objects whose old pairs are in no list: those in `rested`, and those that were parked.
     std::pmr::vector<Index>& stirring;
     std::pmr::vector<Aabb<Dim, T>>& boxes_before; // of these
-    bool parks = false;                           // what is active and hasn't changed is being parked
-    std::size_t parking = 0;                      // so many of those that are staged in Parked
     // All changed objects were active before, are active now, and have the same filter as before.
     bool only_moves = true;
     bool all_of_active = false; // the changed objects are all objects that were active, and no others
     // Some active objects haven't changed. They are entered only where some object has.
     bool any_idle = false;
+    bool any_shifts = false; // so few that rest have changed that these may go on resting
 };
 
-/// The stage `enter` of an update: puts what is searched for side by side, and stages in `state.parked` whom
-/// the update will park.
+/// Whether a resting object that has changed goes on resting, and moves within the index.
+template <int Dim, class T>
+[[nodiscard]] bool shifts(const State<Dim, T>& state, const Entries<Dim, T>& entries, Index index) noexcept
+{
+    const auto object = state.objects[index];
+    return entries.any_shifts && object.place() == Place::resting && object.is_there() &&
+           !object.has(flag::shifted | flag::refiltered);
+}
+
+/// While it lives, a byte says of each object whether it is a changed one that rested. It is still in the
+/// index as it was, and found there, but found as a changed one already.
+class Marked
+{
+  public:
+    Marked(std::size_t objects, std::span<const std::uint32_t> rested, Arena& arena)
+        : rested_(rested),
+          is_marked_(arena.take<Table<Index, std::uint8_t>>("marks of changed objects that rested"))
+    {
+        if (rested.empty()) return;
+        is_marked_.grow(objects);
+        for (const std::uint32_t index : rested)
+            is_marked_[Index{index}] = 1;
+    }
+    Marked(const Marked&) = delete;
+    Marked& operator=(const Marked&) = delete;
+    ~Marked()
+    {
+        for (const std::uint32_t index : rested_)
+            is_marked_[Index{index}] = 0;
+    }
+    [[nodiscard]] bool operator()(Index index) const noexcept
+    {
+        return !rested_.empty() && is_marked_[index] != 0;
+    }
+
+  private:
+    const std::span<const std::uint32_t> rested_;
+    Table<Index, std::uint8_t>& is_marked_;
+};
+
+/// The stage `enter` of an update: puts what is searched for side by side.
 template <int Dim, class T>
 [[nodiscard]] Entries<Dim, T> enter(State<Dim, T>& state, std::span<const Index> changed, Arena& arena);
 

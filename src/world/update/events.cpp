@@ -311,8 +311,7 @@ void Merge<Dim, T>::touched_only(Run& run, const Pair& pair) const
     // Two objects that haven't changed. They still touch; if both rest by now or are parked, the pair is in
     // no list.
     const auto is_listed = [&](std::uint32_t index) {
-        const auto object = state_.objects[Index{index}];
-        return object.place() == Place::active && !object.has(flag::parked);
+        return state_.objects[Index{index}].place() == Place::active;
     };
     if (is_listed(pair.a) || is_listed(pair.b)) run.others_out.push(pair);
 }

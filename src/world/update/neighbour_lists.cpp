@@ -2,7 +2,6 @@
 #include "world/update/neighbour_lists.hpp"
 
 #include <algorithm>
-#include <mutex>
 #include <utility>
 
 #include "base/instantiate.hpp"
@@ -41,19 +40,12 @@ Aabb<Dim, T> way_of(const Aabb<Dim, T>& before, const Aabb<Dim, T>& now) noexcep
 } // namespace
 
 template <int Dim, class T>
-NeighbourLists<Dim, T>::~NeighbourLists()
-{
-    for (Listing* chunk : chunks_)
-        memory_->deallocate(chunk, listings_per_chunk * sizeof(Listing), alignof(Listing));
-}
-
-template <int Dim, class T>
 void NeighbourLists<Dim, T>::prefetch_listings(Index object) const noexcept
 {
     const List* const list = find(object);
     if (list == nullptr) return;
     for (std::size_t at = 0; at < list->count * sizeof(Listing); at += 64)
-        jostle::prefetch(reinterpret_cast<const char*>(list->listings) + at);
+        jostle::prefetch(reinterpret_cast<const char*>(listings_of(*list)) + at);
 }
 
 template <int Dim, class T>
@@ -64,28 +56,29 @@ struct NeighbourLists<Dim, T>::Needs
     Table<Entry, std::uint32_t>& created;
 };
 
-/// Of what has been seen around its object's way, all but what leaves its place.
+/// Of what has been seen around its object's way, all but what changes.
 template <int Dim, class T>
-template <class Leaves>
 void NeighbourLists<Dim, T>::fill(const List& list, std::span<const index::Seen<Dim, T>> around,
-                                  const Leaves& leaves) noexcept
+                                  const Marked& has_rested) noexcept
 {
     const index::Ruler<Dim, T> ruler(list.bounds);
+    Listing* const listings = listings_of(list);
     std::uint32_t lane = 0;
     for (const index::Seen<Dim, T>& seen : around) {
-        if (leaves(Index{seen.id})) continue;
-        list.listings[lane / index::lanes].set(lane % index::lanes, ruler, seen.box, seen.id);
+        if (has_rested(Index{seen.id})) continue;
+        listings[lane / index::lanes].set(lane % index::lanes, ruler, seen.box, seen.id);
         ++lane;
     }
     for (; lane < list.count * index::lanes; ++lane)
-        list.listings[lane / index::lanes].clear(lane % index::lanes);
+        listings[lane / index::lanes].clear(lane % index::lanes);
 }
 
 template <int Dim, class T>
-index::Lookup<Dim> NeighbourLists<Dim, T>::lookup_in(const List& list, Entry entry, const Box& box) noexcept
+index::Lookup<Dim> NeighbourLists<Dim, T>::lookup_in(const List& list, Entry entry,
+                                                     const Box& box) const noexcept
 {
     const index::Ruler<Dim, T> ruler(list.bounds);
-    index::Lookup<Dim> lookup = {list.listings, list.count, raw(entry), {}, {}};
+    index::Lookup<Dim> lookup = {listings_of(list), list.count, raw(entry), {}, {}};
     for (int d = 0; d < Dim; ++d) {
         lookup.lo[d] = ruler.measure(d, box.lo[d]);
         lookup.hi[d] = ruler.measure(d, box.hi[d]);
@@ -138,8 +131,8 @@ void NeighbourLists<Dim, T>::find_needs(const State<Dim, T>& state, const Entrie
 }
 
 template <int Dim, class T>
-auto NeighbourLists<Dim, T>::divide(State<Dim, T>& state, const Entries<Dim, T>& entries, Arena& arena)
-    -> Division
+auto NeighbourLists<Dim, T>::divide(State<Dim, T>& state, const Entries<Dim, T>& entries,
+                                    const Marked& has_rested, Arena& arena) -> Division
 {
     begin_update();
     auto& unlisted = arena.list<Entry>("entries without a list of neighbours");
@@ -172,7 +165,7 @@ auto NeighbourLists<Dim, T>::divide(State<Dim, T>& state, const Entries<Dim, T>&
             unlisted.push_back(entry);
         }
     }
-    make_lists(state, entries, newcomers, ways, needs);
+    make_lists(state, entries, newcomers, ways, has_rested, needs);
     for (const Entry entry : newcomers)
         if (needs.of[entry] == Need::search) unlisted.push_back(entry);
     if (listed + newcomers.size() == 0) return {{}, unlisted, needs.created, 0};
@@ -183,22 +176,17 @@ auto NeighbourLists<Dim, T>::divide(State<Dim, T>& state, const Entries<Dim, T>&
 template <int Dim, class T>
 void NeighbourLists<Dim, T>::make_lists(State<Dim, T>& state, const Entries<Dim, T>& entries,
                                         std::span<const Entry> newcomers, std::span<const Box> ways,
-                                        Needs& needs)
+                                        const Marked& has_rested, Needs& needs)
 {
     if (newcomers.empty()) return;
-    const bool any_rested = !entries.rested.empty();
-    const auto leaves = [&](Index other) {
-        return any_rested && state.classes[other] == FilterClass::look &&
-               state.objects[other].has(flag::written);
-    };
     BoxIndexAccess::look_around(state.resting, ways);
     for (std::size_t k = 0; k < newcomers.size(); ++k)
-        (void)make(entries.index[newcomers[k]], ways[k], BoxIndexAccess::around(state.resting, k).size());
+        make(entries.index[newcomers[k]], ways[k], BoxIndexAccess::around(state.resting, k).size());
     const auto fill_some = [&](std::uint64_t begin, std::uint64_t end, Work) {
         for (std::uint64_t k = begin; k < end; ++k) {
             if (k + 2 < end) prefetch_listings(entries.index[newcomers[k + 2]]);
             const List& list = *find(entries.index[newcomers[k]]);
-            if (list.count != 0) fill(list, BoxIndexAccess::around(state.resting, k), leaves);
+            if (list.count != 0) fill(list, BoxIndexAccess::around(state.resting, k), has_rested);
             look_at(entries, newcomers[k], list, needs);
         }
     };
@@ -209,85 +197,28 @@ void NeighbourLists<Dim, T>::make_lists(State<Dim, T>& state, const Entries<Dim,
 
 /// Room for so many neighbours, in place of the list that the object had.
 template <int Dim, class T>
-auto NeighbourLists<Dim, T>::make(Index object, const Box& bounds, std::size_t neighbours) -> List&
+void NeighbourLists<Dim, T>::make(Index object, const Box& bounds, std::size_t neighbours)
 {
-    std::uint32_t number = list_of_[object];
+    std::uint32_t& number = list_of_[object];
     if (number == none) {
         if (free_.empty()) {
+            listings_.grow(lists_.size() + 1);
             lists_.push_back({});
             free_.reserve(lists_.capacity());
             free_.push_back(static_cast<std::uint32_t>(lists_.size() - 1));
         }
         number = free_.back();
-        lists_[number] = {bounds, 0, 0, false, nullptr};
-    }
-    List& list = lists_[number];
-    list.valid = false;
-    const auto wanted = static_cast<std::uint32_t>((neighbours + index::lanes - 1) / index::lanes);
-    const std::uint32_t count = wanted > most_listings ? 0 : std::max(1u, wanted);
-    if (count != list.count) {
-        Listing* const fresh = count != 0 ? take(count) : nullptr;
-        give(list.listings, list.count);
-        list.listings = fresh;
-        list.count = count;
-    }
-    if (list_of_[object] == none) {
         free_.pop_back();
-        list_of_[object] = number;
     }
-    list.bounds = bounds;
-    list.created = update_;
-    list.valid = true;
-    return list;
-}
-
-template <int Dim, class T>
-auto NeighbourLists<Dim, T>::take(std::uint32_t count) -> Listing*
-{
-    Listing*& first = unused_[count];
-    if (first != nullptr) {
-        Listing* const taken = first;
-        first = *reinterpret_cast<Listing**>(taken);
-        return taken;
-    }
-    if (left_ < count) {
-        chunks_.push_back(nullptr);
-        try {
-            chunks_.back() = static_cast<Listing*>(
-                memory_->allocate(listings_per_chunk * sizeof(Listing), alignof(Listing)));
-        } catch (...) {
-            chunks_.pop_back();
-            throw;
-        }
-        while (left_ > 0) { // a remnant of the last chunk
-            give(fresh_, 1);
-            ++fresh_;
-            --left_;
-        }
-        fresh_ = chunks_.back();
-        left_ = listings_per_chunk;
-    }
-    Listing* const taken = fresh_;
-    fresh_ += count;
-    left_ -= count;
-    return taken;
-}
-
-template <int Dim, class T>
-void NeighbourLists<Dim, T>::give(Listing* listings, std::uint32_t count) noexcept
-{
-    if (listings == nullptr) return;
-    new (listings) Listing*(unused_[count]);
-    unused_[count] = listings;
+    const auto wanted = static_cast<std::uint32_t>((neighbours + index::lanes - 1) / index::lanes);
+    lists_[number] = {bounds, update_, wanted > most_listings ? 0 : std::max(1u, wanted), true};
 }
 
 template <int Dim, class T>
 void NeighbourLists<Dim, T>::drop(Index object) noexcept
 {
     if (raw(object) >= list_of_.size() || list_of_[object] == none) return;
-    List& list = lists_[list_of_[object]];
-    give(list.listings, list.count);
-    list = {list.bounds, 0, 0, false, nullptr};
+    lists_[list_of_[object]].valid = false;
     free_.push_back(list_of_[object]);
     list_of_[object] = none;
 }
@@ -316,21 +247,11 @@ void NeighbourLists<Dim, T>::invalidate(std::span<const Box> settling, std::size
             bounds.push_back(lists_[number].bounds);
             numbers.push_back(number);
         }
-    if (bounds.size() * settling.size() <= 4096) {
-        for (const Box& box : settling)
-            for (std::size_t number = 0; number < bounds.size(); ++number)
-                if (overlaps_branchless(box, bounds[number])) lists_[numbers[number]].valid = false;
-        return;
-    }
-    std::mutex mutex;
-    const auto select = [&](Pair* first, Pair* last) {
-        const std::lock_guard lock(mutex);
-        for (const Pair* pair = first; pair != last; ++pair)
-            lists_[numbers[pair->b]].valid = false;
-        return first;
-    };
+    auto& pairs = arena.take<PairBuffer>("pairs of settling objects and lists");
     PairFinderAccess::find(finder, BoxView<Dim, T>(settling), BoxView<Dim, T>(std::span<const Box>(bounds)),
-                           select, arena.take<PairBuffer>("pairs of settling objects and lists"));
+                           {}, pairs);
+    for (const Pair& pair : pairs)
+        lists_[numbers[pair.b]].valid = false;
 }
 
 template <int Dim, class T>

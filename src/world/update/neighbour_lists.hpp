@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <memory_resource>
 #include <span>
@@ -28,17 +27,11 @@ class NeighbourLists
     using Box = Aabb<Dim, T>;
 
     explicit NeighbourLists(std::pmr::memory_resource* memory)
-        : memory_(memory),
-          list_of_(memory),
-          lists_(memory),
-          free_(memory),
-          chunks_(memory),
-          rested_at_(memory)
+        : list_of_(memory), lists_(memory), free_(memory), listings_(memory), rested_at_(memory)
     {
     }
     NeighbourLists(const NeighbourLists&) = delete;
     NeighbourLists& operator=(const NeighbourLists&) = delete;
-    ~NeighbourLists();
 
     void make_room(std::size_t objects)
     {
@@ -55,9 +48,10 @@ class NeighbourLists
         const Table<Entry, std::uint32_t>& created; // of changed entries: the update that made the list
         std::size_t listed;                         // how many new lists were made
     };
-    /// Divides the changed entries. Makes lists for some that have none, and keep moving as it seems. While
-    /// it is called, changed objects that rested have no filter class.
-    [[nodiscard]] Division divide(State<Dim, T>& state, const Entries<Dim, T>& entries, Arena& arena);
+    /// Divides the changed entries. Makes lists for some that have none, and keep moving as it seems, without
+    /// changed objects that rested.
+    [[nodiscard]] Division divide(State<Dim, T>& state, const Entries<Dim, T>& entries,
+                                  const Marked& has_rested, Arena& arena);
     /// Whether an object has left its place in the index since a list was made that may still hold it.
     [[nodiscard]] bool has_left(Index object, std::uint32_t created) const noexcept
     {
@@ -87,8 +81,7 @@ class NeighbourLists
     using Listing = index::Listing<Dim>;
     static constexpr std::uint32_t none = ~std::uint32_t{0}, not_resting = ~std::uint32_t{0};
     /// Objects with more around them are searched for in the index.
-    static constexpr std::uint32_t most_listings = 4;
-    static constexpr std::size_t listings_per_chunk = 128;
+    static constexpr std::uint32_t most_listings = 2;
 
     struct List
     {
@@ -96,7 +89,10 @@ class NeighbourLists
         std::uint32_t created; // the update; objects that came to rest later aren't in it
         std::uint32_t count;   // of listings; 0: there were too many neighbours
         bool valid;
-        Listing* listings;
+    };
+    struct Listings
+    {
+        Listing of_list[most_listings];
     };
 
     [[nodiscard]] const List* find(Index object) const noexcept
@@ -113,16 +109,22 @@ class NeighbourLists
         search  // there is too much around it for a list
     };
     struct Needs;
-    static index::Lookup<Dim> lookup_in(const List& list, Entry entry, const Box& box) noexcept;
+    index::Lookup<Dim> lookup_in(const List& list, Entry entry, const Box& box) const noexcept;
     void look_at(const Entries<Dim, T>& entries, Entry entry, const List& list, Needs& needs) const noexcept;
     void find_needs(const State<Dim, T>& state, const Entries<Dim, T>& entries, Needs& needs) const;
-    template <class Leaves>
-    void fill(const List& list, std::span<const index::Seen<Dim, T>> around, const Leaves& leaves) noexcept;
+    void fill(const List& list, std::span<const index::Seen<Dim, T>> around,
+              const Marked& has_rested) noexcept;
     void make_lists(State<Dim, T>& state, const Entries<Dim, T>& entries, std::span<const Entry> newcomers,
-                    std::span<const Box> ways, Needs& needs);
-    List& make(Index object, const Box& bounds, std::size_t neighbours);
-    Listing* take(std::uint32_t count);
-    void give(Listing* listings, std::uint32_t count) noexcept;
+                    std::span<const Box> ways, const Marked& has_rested, Needs& needs);
+    void make(Index object, const Box& bounds, std::size_t neighbours);
+    [[nodiscard]] Listing* listings_of(const List& list) noexcept
+    {
+        return listings_[static_cast<std::uint32_t>(&list - lists_.data())].of_list;
+    }
+    [[nodiscard]] const Listing* listings_of(const List& list) const noexcept
+    {
+        return listings_[static_cast<std::uint32_t>(&list - lists_.data())].of_list;
+    }
     void prefetch_number(Index object) const noexcept { jostle::prefetch(&list_of_[object]); }
     void prefetch(Index object) const noexcept
     {
@@ -130,14 +132,10 @@ class NeighbourLists
     }
     void prefetch_listings(Index object) const noexcept;
 
-    std::pmr::memory_resource* memory_;
     Table<Index, std::uint32_t> list_of_;
     std::pmr::vector<List> lists_;
     std::pmr::vector<std::uint32_t> free_; // of these; there is room for all
-    std::pmr::vector<Listing*> chunks_;
-    std::array<Listing*, most_listings + 1> unused_ = {}; // by number of listings: a list of runs
-    Listing* fresh_ = nullptr;
-    std::size_t left_ = 0; // behind it
+    ChunkedArray<Listings, 6> listings_;   // of each list
 
     std::uint32_t update_ = 1;
     std::uint32_t last_waking_ = 0;         // the last update in which any woke up

@@ -12,16 +12,14 @@ namespace {
 
 // So many may come to rest in any update besides those that are due ...
 constexpr std::size_t least_settling = 32;
-// ... and for each object that changes, up to `most_counted` of them, one of so many that are parked: that
-// takes about as long as comparing the object with all of them does. More are compared at once.
-constexpr std::size_t compared_per_settling = 1024, most_counted = 8;
+// ... and one of so many that are parked: that takes about as long as comparing an object with all of them.
+constexpr std::size_t compared_per_settling = 1024;
 
 /// How many may come to rest besides those that are due: about as many as have changed, so that no update
 /// takes much longer than what it is asked to do.
 std::size_t most_settling(std::size_t changed, std::size_t parked) noexcept
 {
-    const std::size_t counted = std::clamp(changed, std::size_t{1}, most_counted);
-    return std::max({least_settling, changed, parked * counted / compared_per_settling});
+    return std::max({least_settling, changed, parked / compared_per_settling});
 }
 
 /// Whether other objects change in each update, so many of them that they couldn't move within the index.
@@ -38,36 +36,38 @@ bool is_restless(const State<Dim, T>& state, std::size_t waking) noexcept
     return stirring > least_settling && stirring * resting_per_changed > state.resting.size() + waiting;
 }
 
-/// Goes through changed objects, and unless these are being parked, active ones; both lists ascend. Who comes
-/// to rest isn't in the index: what changed, and so may be, stays active, or shifts.
+/// Goes through changed objects and active ones. Who stays active, and who has waited for long enough, both
+/// ascending. What changed stays active, or shifts. Returns how many of those who have waited are new.
 template <int Dim, class T>
-void choose(State<Dim, T>& state, std::span<const Index> changed, bool parks, bool restless, std::size_t most,
-            Rest<Dim, T>& rest)
+std::size_t choose(const State<Dim, T>& state, const Entries<Dim, T>& entries, std::span<const Index> changed,
+                   std::pmr::vector<typename State<Dim, T>::Active>& stay, std::pmr::vector<Index>& waited)
 {
+    const bool restless = is_restless(state, entries.waking.size());
+    std::size_t fresh = 0;
     const auto place_changed = [&](Index index) {
         const auto object = state.objects[index];
-        if (!object.is_there() || object.has(flag::shifting)) return;
+        if (!object.is_there() || shifts(state, entries, index)) return;
         if (object.place() != Place::none)
-            rest.active.push_back({index, 0});
-        else if (object.has(flag::is_static) && rest.settling.size() < most)
-            rest.settling.push_back(raw(index));
+            stay.push_back({index, 0});
+        else if (object.has(flag::is_static))
+            waited.push_back(index);
         else
-            rest.active.push_back({index, due});
+            stay.push_back({index, due});
     };
     const auto place_idle = [&](const typename State<Dim, T>::Active& each) {
-        if (each.idle + 1 < idle_updates)
-            rest.active.push_back({each.index, each.idle + 1});
-        else if (restless && each.idle != due)
-            rest.active.push_back(each);
-        else if (each.idle == due || rest.settling.size() < most)
-            rest.settling.push_back(raw(each.index));
-        else
-            state.parked.stage(each.index, state.objects[each.index].now());
+        if (each.idle + 1 < idle_updates) {
+            stay.push_back({each.index, each.idle + 1});
+        } else if (restless && each.idle != due) {
+            stay.push_back(each);
+        } else {
+            waited.push_back(each.index);
+            fresh += each.idle == due;
+        }
     };
     const auto end = state.active.end();
-    auto active = parks ? end : state.active.begin();
+    auto active = state.active.begin();
     auto next = changed.begin();
-    rest.active.reserve(static_cast<std::size_t>(end - active) + changed.size());
+    stay.reserve(state.active.size() + changed.size());
     while (active != end || next != changed.end()) {
         if (next == changed.end() || (active != end && active->index < *next)) {
             place_idle(*active++);
@@ -76,10 +76,7 @@ void choose(State<Dim, T>& state, std::span<const Index> changed, bool parks, bo
         if (active != end && active->index == *next) ++active;
         place_changed(*next++);
     }
-    if (!parks) return;
-    for (const auto& each : state.active)
-        if (each.idle == due && !state.objects[each.index].has(flag::written))
-            rest.settling.push_back(raw(each.index));
+    return fresh;
 }
 
 } // namespace
@@ -88,28 +85,33 @@ template <int Dim, class T>
 Rest<Dim, T> plan_rest(State<Dim, T>& state, const Changes<Dim, T>& changes, const Entries<Dim, T>& entries,
                        NeighbourLists<Dim, T>& neighbour_lists, PairFinder& finder, Arena& arena)
 {
+    const std::span<const Index> changed(changes.objects());
     Rest<Dim, T> rest = {entries.all_of_active,
                          arena.list<typename State<Dim, T>::Active>("objects that will be active"),
-                         arena.list<std::uint32_t>("objects that come to rest"), entries.shifting,
+                         arena.list<std::uint32_t>("objects that come to rest"),
+                         {},
+                         entries.shifting,
                          arena.list<Aabb<Dim, T>>("boxes of objects that come to rest or shift")};
-    // Who has waited longest comes first. Those that are due come on top: not many more than had been added
-    // in the update before, which took longer.
-    const std::size_t most = most_settling(changes.objects().size(), state.parked.size());
+    auto& waited = arena.list<Index>("objects that have been idle for long enough");
+    std::size_t most = most_settling(changed.size(), state.parked.size());
+    // New ones come on top: not many more than had been added in the update before, which took longer.
+    if (!rest.same_active) most += choose(state, entries, changed, rest.active, waited);
+    // Who has waited longest comes to rest first.
     state.parked.each([&](Index index) {
         if (!state.objects[index].has(flag::written)) rest.settling.push_back(raw(index));
         return rest.settling.size() < most;
     });
-    if (!rest.same_active) {
-        const bool restless = !entries.parks && is_restless(state, entries.waking.size());
-        choose(state, changes.objects(), entries.parks, restless, most, rest);
-    }
-    rest.parking = entries.parks ? entries.parking : state.parked.staged().size();
+    const std::size_t at_once = std::min(waited.size(), most - std::min(most, rest.settling.size()));
+    for (std::size_t k = 0; k < at_once; ++k)
+        rest.settling.push_back(raw(waited[k]));
+    rest.parking = std::span<const Index>(waited).subspan(at_once);
+    state.parked.reserve(rest.parking.size());
     for (const std::uint32_t index : rest.settling)
         rest.boxes.push_back(state.objects[Index{index}].now());
     for (const std::uint32_t index : rest.shifting)
         rest.boxes.push_back(state.objects[Index{index}].now());
     reserve_more(state.shifted, rest.shifting.size());
-    neighbour_lists.invalidate(rest.boxes, changes.objects().size(), finder, arena);
+    neighbour_lists.invalidate(rest.boxes, changed.size(), finder, arena);
     return rest;
 }
 

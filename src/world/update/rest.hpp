@@ -21,10 +21,10 @@ struct Rest
 {
     bool same_active; // those that were, and each has changed: then `active` is empty
     std::pmr::vector<typename State<Dim, T>::Active>& active; // ascending
-    std::pmr::vector<std::uint32_t>& settling;                // indices; those that are parked first
+    std::pmr::vector<std::uint32_t>& settling;                // indices, in the order in which they waited
+    std::span<const Index> parking;                           // who waits from now on to come to rest
     std::span<const std::uint32_t> shifting;                  // indices
     std::pmr::vector<Aabb<Dim, T>>& boxes;                    // of those that settle, then of these
-    std::size_t parking = 0; // so many of those that are staged in Parked are parked
 };
 
 /// Puts objects that come to rest into the index, and moves those that shift; those that wake up are still in
