@@ -57,7 +57,7 @@ HWY_ATTR void find_in_columns(const NearbyColumns<T>& columns, std::size_t first
         compress(NeighborNumbers::loadu(columns.index + k), close).storeu(row.index + count);
         if constexpr (with_images)
             compress(NeighborNumbers::loadu(columns.image + k), close).storeu(row.image + count);
-        for (unsigned unsure = close & ~decided; __builtin_expect(unsure != 0, 0); unsure &= unsure - 1) {
+        for (unsigned unsure = close & ~decided; unsure != 0; unsure &= unsure - 1) { // hardly ever
             const auto before = static_cast<unsigned>(std::popcount(close & ((unsure & (~unsure + 1)) - 1)));
             row.unsure[row.unsure_count++] = {static_cast<std::uint32_t>(count) + before,
                                               static_cast<std::uint32_t>(k) +
