@@ -10,7 +10,7 @@ namespace mpi_tests {
 namespace {
 
 using contract::Boxes;
-using contract::Query;
+using contract::Question;
 using jostle::Pair;
 
 /// Whose box i is, and its id: both say nothing about where it is.
@@ -38,7 +38,7 @@ std::vector<Pair> merged(const std::vector<jostle::mpi::Pair<Dim, T>>& mine)
     return pairs;
 }
 
-/// A world that is asked a query by adding or moving objects.
+/// A world that is asked a question by adding or moving objects.
 template <int Dim, class T>
 class AskedWorld
 {
@@ -48,28 +48,28 @@ class AskedWorld
     {
     }
     /// Objects that there are move, get other filters, are added or removed.
-    std::vector<Pair> ask(const Query<Dim, T>& query)
+    std::vector<Pair> ask(const Question<Dim, T>& question)
     {
-        for (std::size_t i = 0; i < std::max(count_, query.a.size()); ++i) {
+        for (std::size_t i = 0; i < std::max(count_, question.a.size()); ++i) {
             const std::uint64_t id = id_of(i);
             const bool is_here = world_.contains(id);
-            if (i >= query.a.size()) {
+            if (i >= question.a.size()) {
                 if (is_here) world_.remove(id);
                 continue;
             }
             jostle::ObjectOptions<T> options;
-            if (!query.columns_a.category.empty()) {
-                options.filter.category = query.columns_a.category[i];
-                options.filter.mask = query.columns_a.mask[i];
+            if (!question.columns_a.category.empty()) {
+                options.filter.category = question.columns_a.category[i];
+                options.filter.mask = question.columns_a.mask[i];
             }
-            if (!query.columns_a.owner.empty()) options.filter.owner = query.columns_a.owner[i];
+            if (!question.columns_a.owner.empty()) options.filter.owner = question.columns_a.owner[i];
             if (is_here) {
-                world_.move(id, query.a[i]);
+                world_.move(id, question.a[i]);
                 world_.set_filter(id, options.filter);
             } else if (i >= count_ && owner_of(salt_, i) == rank())
-                world_.add(id, query.a[i], options);
+                world_.add(id, question.a[i], options);
         }
-        count_ = query.a.size();
+        count_ = question.a.size();
         world_.update();
         std::vector<jostle::mpi::EndedPair> ended = gathered(world_.ended());
         for (const Pair pair : merged(world_.began().to_vector()))
@@ -92,9 +92,9 @@ class AskedWorld
     bool good_ = true; // each pair begins once and ends once
 };
 template <int Dim, class T>
-std::vector<Pair> ask(const Query<Dim, T>& query, std::uint64_t salt, jostle::Executor& executor)
+std::vector<Pair> ask(const Question<Dim, T>& question, std::uint64_t salt, jostle::Executor& executor)
 {
-    return AskedWorld<Dim, T>(salt, executor).ask(query);
+    return AskedWorld<Dim, T>(salt, executor).ask(question);
 }
 
 jostle::Executor& executor_of(std::uint32_t threads)
@@ -111,13 +111,13 @@ TEST(Contract, ScenesOfEveryKind)
         for (const contract::Scene scene : contract::all_scenes())
             for (const std::uint32_t threads : {1u, 2u}) {
                 const std::size_t n = contract::everything_touches(scene) ? 60 : 400;
-                Query<K::dim, T> query;
-                query.a = contract::make_scene<K::dim, T>(scene, n, threads);
+                Question<K::dim, T> question;
+                question.a = contract::make_scene<K::dim, T>(scene, n, threads);
                 Random draw(threads);
                 contract::Random random(threads);
-                if (threads == 2) query.columns_a = contract::random_columns(random, n, true, true);
-                const std::vector<Pair> expected = contract::oracle(query);
-                ASSERT_EQ(ask(query, draw.next(), executor_of(threads)), expected)
+                if (threads == 2) question.columns_a = contract::random_columns(random, n, true, true);
+                const std::vector<Pair> expected = contract::oracle(question);
+                ASSERT_EQ(ask(question, draw.next(), executor_of(threads)), expected)
                     << contract::name(scene) << " " << contract::kind_name<K::dim, T>();
                 found += expected.size();
             }
@@ -134,12 +134,12 @@ TEST(Contract, AWorldRemembersNothing)
         for (const contract::Scene scene : contract::all_scenes()) {
             const std::size_t n =
                 contract::everything_touches(scene) ? 50 : 200 + 20 * static_cast<std::size_t>(scene);
-            Query<K::dim, T> query;
-            query.a = contract::make_scene<K::dim, T>(scene, n, 5);
+            Question<K::dim, T> question;
+            question.a = contract::make_scene<K::dim, T>(scene, n, 5);
             contract::Random random(n);
-            query.columns_a = contract::random_columns(random, n, n % 3 == 0, n % 2 == 0);
-            const std::vector<Pair> expected = contract::oracle(query);
-            ASSERT_EQ(world.ask(query), expected)
+            question.columns_a = contract::random_columns(random, n, n % 3 == 0, n % 2 == 0);
+            const std::vector<Pair> expected = contract::oracle(question);
+            ASSERT_EQ(world.ask(question), expected)
                 << contract::name(scene) << " " << contract::kind_name<K::dim, T>();
             found += expected.size();
         }
@@ -176,14 +176,14 @@ Boxes<Dim, T> some_boxes()
     return boxes;
 }
 template <int Dim, class T>
-Query<Dim, T> a_query()
+Question<Dim, T> a_question()
 {
-    Query<Dim, T> query;
-    query.a = some_boxes<Dim, T>();
+    Question<Dim, T> question;
+    question.a = some_boxes<Dim, T>();
     contract::Random random(*rc::gen::arbitrary<std::uint64_t>());
     const bool masks = *rc::gen::arbitrary<bool>(), owners = *rc::gen::arbitrary<bool>();
-    query.columns_a = contract::random_columns(random, query.a.size(), masks, owners);
-    return query;
+    question.columns_a = contract::random_columns(random, question.a.size(), masks, owners);
+    return question;
 }
 /// The same property on all ranks: it holds on all or on none, so that they stay together.
 template <class Property>
@@ -198,11 +198,11 @@ TEST(Contract, AnswerIsTheDefinition)
 {
     std::uint64_t found = 0;
     check_all_kinds("the pairs are those that the oracle finds", [&]<class K>(K) {
-        const auto query = a_query<K::dim, typename K::Number>();
+        const auto question = a_question<K::dim, typename K::Number>();
         const auto salt = *rc::gen::arbitrary<std::uint64_t>();
-        const std::vector<Pair> expected = contract::oracle(query);
+        const std::vector<Pair> expected = contract::oracle(question);
         found += expected.size();
-        return ask(query, salt, executor_of(1 + salt % 2)) == expected;
+        return ask(question, salt, executor_of(1 + salt % 2)) == expected;
     });
     EXPECT_GT(found, 300u);
 }
@@ -221,10 +221,10 @@ TEST(Contract, NumberingAndOwnersDoNotMatter)
         for (std::size_t i = 0; i < boxes.size(); ++i)
             moved[place[i]] = boxes[i];
         std::vector<Pair> renumbered;
-        for (const Pair& pair : ask(Query<K::dim, T>{boxes}, salt, executor_of(1)))
+        for (const Pair& pair : ask(Question<K::dim, T>{boxes}, salt, executor_of(1)))
             renumbered.push_back(
                 {std::min(place[pair.a], place[pair.b]), std::max(place[pair.a], place[pair.b])});
-        return ask(Query<K::dim, T>{moved}, ~salt, executor_of(1)) == contract::sorted(renumbered);
+        return ask(Question<K::dim, T>{moved}, ~salt, executor_of(1)) == contract::sorted(renumbered);
     });
 }
 TEST(Contract, SomeUpdatesAreAsGoodAsOne)
@@ -234,8 +234,8 @@ TEST(Contract, SomeUpdatesAreAsGoodAsOne)
         AskedWorld<K::dim, typename K::Number> used(salt, executor_of(1));
         bool good = true;
         for (int call = 0; call < 4; ++call) {
-            const auto query = a_query<K::dim, typename K::Number>();
-            good = used.ask(query) == contract::oracle(query) && good;
+            const auto question = a_question<K::dim, typename K::Number>();
+            good = used.ask(question) == contract::oracle(question) && good;
         }
         return good;
     });
@@ -255,7 +255,7 @@ TEST(Contract, ABadBoundAtAnyPlaceNamesTheObject)
                              : place < K::dim ? boxes[bad].hi[axis] + 1
                                               : boxes[bad].lo[axis] - 1;
                 const std::string text =
-                    failure_of([&] { (void)ask(Query<K::dim, T>{boxes}, 1, executor_of(1)); });
+                    failure_of([&] { (void)ask(Question<K::dim, T>{boxes}, 1, executor_of(1)); });
                 const std::string bound = is_nan ? (place < K::dim ? "lo." : "hi.") : "lo.";
                 const std::string expected = "rank " + std::to_string(owner_of(1, bad)) + ": object " +
                                              std::to_string(id_of(bad)) + ": " + bound + "xyz"[axis] +
