@@ -131,7 +131,7 @@ class WipingMemory final : public std::pmr::memory_resource
     }
     bool do_is_equal(const memory_resource& other) const noexcept override { return this == &other; }
 };
-TEST(Faults, ListsTakenAfterAFailureOutliveTheQuerysBeforeTheNextUpdate)
+TEST(Faults, ListsTakenAfterAFailureOutliveTheQueriesBeforeTheNextUpdate)
 {
     if (ranks() == 1) return;
     WipingMemory memory;
