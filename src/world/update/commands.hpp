@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "jostle/world.hpp"
+#include "world/objects/numbers.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
