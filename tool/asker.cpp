@@ -12,8 +12,8 @@
 namespace jostle_tool {
 
 using jostle::Aabb3f;
-using jostle_bench::QueryKind;
 using jostle_bench::Queries;
+using jostle_bench::QueryKind;
 
 namespace {
 
@@ -125,8 +125,8 @@ std::array<jostle::Plane3f, 6> Asker::view(const float* at, const float* along) 
 }
 
 #ifdef JOSTLE_WITH_PEERS
-AskedPeer::AskedPeer(const jostle_bench::QueryPeer& peer, const QueryBatch& batch,
-                     const Queries& queries, std::uint32_t threads)
+AskedPeer::AskedPeer(const jostle_bench::QueryPeer& peer, const QueryBatch& batch, const Queries& queries,
+                     std::uint32_t threads)
     : peer_(peer),
       batch_(batch),
       queries_(queries),

@@ -28,7 +28,7 @@ void add_report_command(const Command& app);
 void add_distribute_command(const Command& app);
 
 void add_bench_world_command(const Command& bench);     // jostle bench world
-void add_bench_queries_command(const Command& bench); // jostle bench queries
+void add_bench_queries_command(const Command& bench);   // jostle bench queries
 void add_bench_responses_command(const Command& bench); // jostle bench responses
 void add_bench_programs_command(const Command& bench);  // jostle bench programs
 

@@ -18,8 +18,8 @@ namespace jostle_tool {
 
 /// A part about queries, and the options of such; the last three are of help.
 inline void add_pair_queries(const Command& bench, const std::string& name, const std::string& summary,
-                               const std::string& footer, void (*run)(const BenchOptions&),
-                               const std::string& pairs, const std::string& seed, const std::string& peers)
+                             const std::string& footer, void (*run)(const BenchOptions&),
+                             const std::string& pairs, const std::string& seed, const std::string& peers)
 {
     const auto [command, options] =
         add_bench_part(bench, name, summary, footer, run, {.count = 10'000, .frames = 7});

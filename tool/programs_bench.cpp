@@ -672,8 +672,7 @@ Parts run_boxes(const BenchOptions& options, jostle::Executor& executor)
         parts[5].answer = static_cast<double>(joined.size());
         timed(parts[6], [&] { index.all(std::span<const Aabb3f>(queries), lists); });
         parts[6].answer = static_cast<double>(lists.items().size());
-        timed(parts[7],
-              [&] { parts[7].answer = static_cast<double>(finder.find(queries, objects).size()); });
+        timed(parts[7], [&] { parts[7].answer = static_cast<double>(finder.find(queries, objects).size()); });
         boxes = objects;
     }
     if (parts[0].answer != parts[1].answer || parts[5].answer != parts[6].answer ||

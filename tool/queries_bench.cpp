@@ -27,8 +27,8 @@ namespace {
 using jostle::Aabb3f;
 using jostle::BoxIndex3f;
 using jostle_bench::Answers;
-using jostle_bench::QueryKind;
 using jostle_bench::Queries;
+using jostle_bench::QueryKind;
 
 struct Row
 {
@@ -79,8 +79,8 @@ class Table : public BenchTable
     explicit Table(const BenchOptions& options) : BenchTable(options)
     {
         if (!shown()) return;
-        std::printf("%-10s %10s %8s %-10s %-8s %12s %12s %8s\n", "scene", "n", "threads", "query",
-                    "system", "us each", "results", "");
+        std::printf("%-10s %10s %8s %-10s %-8s %12s %12s %8s\n", "scene", "n", "threads", "query", "system",
+                    "us each", "results", "");
     }
     void add_row(const std::string& scene, std::uint64_t n, std::uint32_t threads, const Row& row,
                  const std::string& system, double us, const Answers& answers)
@@ -132,8 +132,8 @@ class Table : public BenchTable
     Answers expected_;
 };
 
-double ask_ours(const BoxIndex3f& index, const Row& row, const Queries& queries,
-                std::uint32_t repetitions, Answers& answers)
+double ask_ours(const BoxIndex3f& index, const Row& row, const Queries& queries, std::uint32_t repetitions,
+                Answers& answers)
 {
     double time = 0;
     std::vector<jostle::Hit<float>> firsts(row.batch.queries);
@@ -162,8 +162,7 @@ double ask_ours(const BoxIndex3f& index, const Row& row, const Queries& queries,
         sum_firsts();
         break;
     case QueryKind::all:
-        time =
-            median_of(repetitions, [&] { index.all(std::span<const jostle::Ray3f>(queries.rays), hits); });
+        time = median_of(repetitions, [&] { index.all(std::span<const jostle::Ray3f>(queries.rays), hits); });
         for (std::size_t i = 0; i < hits.size(); ++i)
             for (const auto& hit : hits[i])
                 answers.add_object(i, hit.id);
@@ -171,9 +170,8 @@ double ask_ours(const BoxIndex3f& index, const Row& row, const Queries& queries,
     case QueryKind::box:
         if (row.batch.only_count) {
             std::vector<std::uint64_t> counts(row.batch.queries);
-            time = median_of(repetitions, [&] {
-                index.count(std::span<const Aabb3f>(queries.boxes), std::span(counts));
-            });
+            time = median_of(repetitions,
+                             [&] { index.count(std::span<const Aabb3f>(queries.boxes), std::span(counts)); });
             answers.results = std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
             break;
         }
@@ -258,9 +256,8 @@ void run(const BenchOptions& options)
 
 void add_bench_queries_command(const Command& bench)
 {
-    const auto [command, options] =
-        add_bench_part(bench, "queries", "How long rays, regions and nearest objects take",
-                       listed("Queries", rows, 11) + R"(
+    const auto [command, options] = add_bench_part(
+        bench, "queries", "How long rays, regions and nearest objects take", listed("Queries", rows, 11) + R"(
   build      the index, once
   join       which of the boxes touch each of them, once for all
 
@@ -271,7 +268,7 @@ Examples:
   jostle bench queries                              uniform boxes, 10,000 to 1,000,000
   jostle bench queries powerlaw -n 100000 --threads 1,2
   jostle bench queries --peers --json -)",
-                       run, {.names = {"uniform"}, .sizes = {10'000, 100'000, 1'000'000}, .frames = 5});
+        run, {.names = {"uniform"}, .sizes = {10'000, 100'000, 1'000'000}, .frames = 5});
     command.texts("SCENE", options.names, "Which scenes, as in jostle bench (uniform)");
     add_sizes_option(command, options.sizes, "10000,100000,1000000");
     add_thread_counts_option(command, options.threads);

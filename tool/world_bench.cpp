@@ -36,8 +36,8 @@ struct SceneInfo
 
     const char* name;
     const char* summary;
-    std::uint64_t objects;                   // 0: those given with -n
-    std::uint64_t movers;                    // 0: as many as the scene says
+    std::uint64_t objects;                // 0: those given with -n
+    std::uint64_t movers;                 // 0: as many as the scene says
     std::optional<QueryBatch> asked = {}; // not the update is timed, but this, asked after each
 };
 constexpr SceneInfo scenes[] = {
@@ -57,13 +57,11 @@ constexpr SceneInfo scenes[] = {
      100'000, 1'000},
     {"rays", "as resting; timed are 4,000 queries after each update: the first box along a ray", 0, 0,
      QueryBatch{QueryKind::first, 4000}},
-    {"overlaps", "... all boxes that touch a box of edge 10", 0, 0,
-     QueryBatch{QueryKind::box, 4000, 10}},
+    {"overlaps", "... all boxes that touch a box of edge 10", 0, 0, QueryBatch{QueryKind::box, 4000, 10}},
     {"nearest", "... the 8 boxes nearest to a point", 0, 0, QueryBatch{QueryKind::nearest, 4000, 8}},
     {"masked", "... all of every eleventh box that touch a box of edge 10: a mask says which", 0, 0,
      QueryBatch{QueryKind::box, 4000, 10}},
-    {"counted", "... how many of every eleventh box do", 0, 0,
-     QueryBatch{QueryKind::box, 4000, 10, true}},
+    {"counted", "... how many of every eleventh box do", 0, 0, QueryBatch{QueryKind::box, 4000, 10, true}},
 };
 
 constexpr std::uint32_t warm_up = 8;
@@ -397,8 +395,8 @@ class OursSmall final : public WorldSystem
 class OursAsked final : public WorldSystem
 {
   public:
-    OursAsked(jostle::Executor& executor, const QueryBatch& batch,
-              const jostle_bench::Queries& queries, bool masked)
+    OursAsked(jostle::Executor& executor, const QueryBatch& batch, const jostle_bench::Queries& queries,
+              bool masked)
         : world_(executor, masked ? kinds_of_masked : 0),
           batch_(batch),
           queries_(queries),

@@ -35,11 +35,10 @@ class Boost final : public QueryPeer
         if (kind == QueryKind::nearest) {
             const jostle::Nearest<3, float>& query = queries.nearest[i];
             NearestSoFar nearest(query);
-            tree_.query(
-                bgi::nearest(Point(query.point[0], query.point[1], query.point[2]), query.count),
-                boost::make_function_output_iterator([&](const Value& value) {
-                    nearest.offer(jostle::squared_distance(query.point, boxes_[value.second]));
-                }));
+            tree_.query(bgi::nearest(Point(query.point[0], query.point[1], query.point[2]), query.count),
+                        boost::make_function_output_iterator([&](const Value& value) {
+                            nearest.offer(jostle::squared_distance(query.point, boxes_[value.second]));
+                        }));
             nearest.give(found);
             return;
         }

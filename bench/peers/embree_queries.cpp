@@ -71,8 +71,7 @@ class Embree final : public QueryPeer
         }
         Query query{this, &queries, kind, i, &found, nullptr};
         RTCPointQuery point{};
-        NearestSoFar nearest(kind == QueryKind::nearest ? queries.nearest[i]
-                                                           : jostle::Nearest<3, float>{});
+        NearestSoFar nearest(kind == QueryKind::nearest ? queries.nearest[i] : jostle::Nearest<3, float>{});
         query.nearest = &nearest;
         const auto at = [&](const jostle::Vec3f& p, float radius) {
             point.x = p[0];

@@ -247,7 +247,7 @@ TEST_F(ToolTest, BenchPartsNameWhatTheyDontKnow)
 {
     const Result wrong = run({"bench", "responses", "--sprames", "3"});
     EXPECT_EQ(wrong.exit_code, 2);
-    EXPECT_NE(wrong.err.find("see jostle bench responses --help"), std::string::npos) << wrong.err;
+    EXPECT_NE(wrong.err.find("See jostle bench responses --help"), std::string::npos) << wrong.err;
     const Result contacts = run({"bench", "contacts", "egg-egg"});
     EXPECT_EQ(contacts.exit_code, 2);
     EXPECT_NE(contacts.err.find("egg-egg is no pair of shapes that is measured; choose from sphere-sphere"),
