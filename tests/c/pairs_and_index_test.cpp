@@ -331,7 +331,8 @@ void check_shapes(const jostle_index* index, const jostle::BoxIndex3f& twin, con
         jostle_objects asker{};
         jostle_shapes* its_shape = nullptr;
         if (given.values.count != 0) {
-            one.values.data = static_cast<const char*>(given.values.data) + i * given.values.stride;
+            one.values.data = static_cast<const char*>(given.values.data) +
+                              static_cast<std::int64_t>(i) * given.values.stride;
             one.values.count = 1;
         }
         if (given.shapes != nullptr) {
