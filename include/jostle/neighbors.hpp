@@ -141,7 +141,9 @@ class JOSTLE_API NeighborFinder
     const NeighborList<Dim, T>& find_systems(Points points, std::span<const std::uint64_t> offsets,
                                              const NeighborCutoff<T>& cutoff,
                                              std::span<const Cell> cells = {},
-                                             const NeighborOptions& options = {});
+                                             const NeighborOptions& options = {}) &;
+    template <class... Arguments>
+    void find_systems(Arguments&&... result_would_be_gone) && = delete;
 
     /// Gives working memory back, the list and what a skin keeps included.
     void release_memory() noexcept;

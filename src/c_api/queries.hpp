@@ -8,6 +8,7 @@
 #include <cstring>
 #include <deque>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -402,6 +403,19 @@ jostle_hit hit_to_c(const Item& item, void* details, std::size_t i)
     }
     return {to_c(item.id), at_of(item)};
 }
+/// Widens hits that lie at the beginning of `hits` to what the caller is given, in place: the last first,
+/// since none is bigger than a jostle_hit.
+template <class Found>
+void widen(jostle_hit* hits, std::size_t count)
+{
+    static_assert(sizeof(Found) <= sizeof(jostle_hit) && alignof(Found) <= alignof(jostle_hit));
+    const auto* const bytes = reinterpret_cast<const unsigned char*>(hits);
+    for (std::size_t i = count; i-- > 0;) {
+        Found found;
+        std::memcpy(static_cast<void*>(&found), bytes + i * sizeof found, sizeof found);
+        hits[i] = hit_to_c(found, nullptr, i);
+    }
+}
 /// One list of answers.
 template <class Item>
 void append(ResultsContent& results, std::span<const Item> items, bool more)
@@ -529,13 +543,23 @@ void ask_first(const Content& content, const jostle_queries* queries, const jost
                 hits[0] = hit_to_c(*found, details, 0);
                 return;
             }
-            std::vector<Found> found(asked.size());
-            if constexpr (nearest)
-                structure.nearest(asked, shapes..., std::span(found), wish);
-            else
-                structure.first(asked, shapes..., std::span(found), wish);
-            for (std::size_t i = 0; i < found.size(); ++i)
-                hits[i] = hit_to_c(found[i], details, i);
+            const auto ask_batch = [&](std::span<Found> found) {
+                if constexpr (nearest)
+                    structure.nearest(asked, shapes..., found, wish);
+                else
+                    structure.first(asked, shapes..., found, wish);
+            };
+            if constexpr (Detailed<Found>) {
+                std::vector<Found> found(asked.size());
+                ask_batch(found);
+                for (std::size_t i = 0; i < found.size(); ++i)
+                    hits[i] = hit_to_c(found[i], details, i);
+            } else { // without memory of its own: in the caller's, which has room for more
+                auto* const narrow = reinterpret_cast<Found*>(hits);
+                std::uninitialized_default_construct_n(narrow, asked.size());
+                ask_batch({narrow, asked.size()});
+                widen<Found>(hits, asked.size());
+            }
         });
 }
 template <class Wish, class Content>

@@ -766,7 +766,7 @@ template <int Dim, Coordinate T>
 const NeighborList<Dim, T>&
 NeighborFinder<Dim, T>::find_systems(Points points, std::span<const std::uint64_t> offsets,
                                      const NeighborCutoff<T>& cutoff, std::span<const Cell> cells,
-                                     const NeighborOptions& options)
+                                     const NeighborOptions& options) &
 {
     neighbors::refuse_second_set(cutoff);
     return implementation_->find_systems({points, cutoff.radii, cutoff.types, ""}, offsets, cutoff, cells,
