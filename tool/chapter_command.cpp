@@ -547,7 +547,7 @@ What differs from the chapter, and why
               "try "
               "again.\n",
               static_cast<int>(count), static_cast<int>(r.figures.size() + r.pieces.size()));
-    out += "Times are medians of several runs. docs/guide/chapter.md says what each algorithm does.\n";
+    out += "Times are medians of several runs. docs/inside/chapter.md says what each algorithm does.\n";
     return out;
 }
 

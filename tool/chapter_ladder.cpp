@@ -312,7 +312,7 @@ Report measure_ladder(const LadderOptions& options)
         "\nEach frame is built from the boxes. Per box: 'cells' looked into, boxes 'compared', 'bytes' of\n"
         "memory. 'itself': boxes that were found to touch themselves. Where not all objects searched, the "
         "time is\n"
-        "that of those which did, scaled. docs/guide/chapter.md says what each rung changes.\n";
+        "that of those which did, scaled. docs/inside/chapter.md says what each rung changes.\n";
     report.rows = rows.dump(1);
     return report;
 }

@@ -12,7 +12,7 @@
 #include "jostle/pair_buffer.hpp"
 
 /// The way from the thesis chapter's broad phase to today's engine, in eight ways to find pairs among the
-/// same boxes, each a step on from the one before; docs/guide/chapter.md tells what that
+/// same boxes, each a step on from the one before; docs/inside/chapter.md tells what that
 /// brought. For study and measurement: the library uses none of it.
 namespace jostle_ladder {
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""chapter.py [--check]: draws the pictures of docs/guide/chapter.md, or fails if they aren't what would be drawn.
+"""chapter.py [--check]: draws the pictures of docs/inside/chapter.md, or fails if they aren't what would be drawn.
 
 chapter-cells.svg       figures 4.1 to 4.4: a grid, cells too small, cells too big, the southwest cell
 chapter-responses.svg   figure 4.8: a row of responses for each processor, merged

@@ -273,7 +273,7 @@ export interface ScenePairs {
 }
 
 /**
- * The grid of bricks that the engine chooses for boxes, and what it stores in it. See docs/guide/engine.md.
+ * The grid of bricks that the engine chooses for boxes, and what it stores in it. See docs/inside/engine.md.
  */
 export interface Bricks {
   /** How many bricks there are along each of the user's axes. */

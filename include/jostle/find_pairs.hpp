@@ -136,7 +136,7 @@ struct FinderOptions
 ///           threw. If several callbacks throw, one of the exceptions leaves the call, the same for any
 ///           number of threads. The finder can be used afterwards, and its result buffer is empty.
 /// Source    hierarchical grids: Mirtich (1996); store-in-every-cell with an owner rule in place of a set
-///           of seen pairs: docs/guide/engine.md.
+///           of seen pairs: docs/inside/engine.md.
 class JOSTLE_API PairFinder
 {
   public:

@@ -62,7 +62,7 @@ class ResultChunks
 };
 
 /// A grid of bricks over the boxes of one call, swept brick by brick. Keeps its working memory from call to
-/// call, and nothing else. docs/guide/engine.md tells how it works.
+/// call, and nothing else. docs/inside/engine.md tells how it works.
 class Engine
 {
   public:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // One test for each thing that the chapter's text gets wrong, or that was doubted and is right. The numbers
-// are those of docs/guide/chapter.md. What Alg. 10 loses, and finds too much, is in printed_test.cpp.
+// are those of docs/inside/chapter.md. What Alg. 10 loses, and finds too much, is in printed_test.cpp.
 #include <gtest/gtest.h>
 
 #include <set>

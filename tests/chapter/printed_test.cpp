@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What algorithms 6 to 10 do as they are printed: bench/ladder/printed.hpp runs them to the letter. The
-// shares are those of docs/guide/chapter.md.
+// shares are those of docs/inside/chapter.md.
 #include "bench/ladder/printed.hpp"
 
 #include <gtest/gtest.h>

@@ -53,7 +53,7 @@ struct Unit
 //   on the sweep axis by themselves; so does the padding at the end. A step may therefore reach over the end
 //   of the records, but not over that of the padding.
 // - Two records that share a flag make neither a pair nor a tie: the pair is another brick's, or both are of
-//   one set (record.hpp says why, and docs/guide/engine.md why each pair is some brick's).
+//   one set (record.hpp says why, and docs/inside/engine.md why each pair is some brick's).
 // - Pairs are written step by step: first those of row i with the step's candidates in their order, then
 //   those of row i + 1. Ties go to a list of their own, in the same order.
 // - Room for pairs and ties is looked at once in `sweep_segment` steps. Where it may not be enough,
