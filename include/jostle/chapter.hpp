@@ -3,7 +3,7 @@
 
 /// The thesis chapter that Jostle grew out of, as its own small library: a hierarchical grid in a hash table
 /// (chapter 4.1) and all-pairs loops over the cores (chapter 4.2), for study and comparison. Each piece names
-/// its algorithm. What was wrong as printed is corrected, and noted there; docs/inside/chapter.md has the list.
+/// its algorithm. What was wrong as printed is corrected there, and listed in docs/inside/chapter.md.
 /// For speed use find_pairs.hpp: it needs no cell sizes and no insertion.
 ///
 /// A "processor" here is one task of an Executor: there are executor.concurrency() of them, and "wait until
