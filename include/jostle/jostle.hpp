@@ -20,6 +20,7 @@
 /// | cast.hpp              | rays, and shapes that move, against shapes                          | mostly  |
 /// | closed_mesh.hpp       | which points are inside of a mesh, and how far from its surface      | mostly  |
 /// | contact.hpp           | contacts, distances and times of impact of shapes                   | mostly  |
+/// | surface.hpp           | cloth and soft bodies: self-collision, impacts that are never late  | mostly  |
 /// | shape_query.hpp       | the same verbs about the shapes of a world or index                 | mostly  |
 /// | process.hpp           | work on pairs, balanced over the cores                              | yes     |
 /// | responses.hpp         | results per object, added up by all cores without locks             | yes     |
@@ -58,6 +59,7 @@
 #include "jostle/shapes.hpp"
 #include "jostle/spatial_order.hpp"
 #include "jostle/stats.hpp"
+#include "jostle/surface.hpp"
 #include "jostle/vec.hpp"
 #include "jostle/version.hpp"
 #include "jostle/world.hpp"

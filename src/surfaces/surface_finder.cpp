@@ -1,0 +1,447 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "base/block_buffer_access.hpp"
+#include "base/checks.hpp"
+#include "base/in_use.hpp"
+#include "base/number_text.hpp"
+#include "jostle/process.hpp"
+#include "jostle/surface.hpp"
+#include "pairs/pair_finder_access.hpp"
+#include "surfaces/parts.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace {
+
+using narrow::Vec3;
+using surfaces::Four;
+using surfaces::Kind;
+
+/// What coordinates, distances and thicknesses may be: the greatest float leaves room for their sums.
+constexpr double furthest = 1e30;
+
+template <class T>
+Vec3 as_double(const Vec<3, T>& v)
+{
+    return {double{v[0]}, double{v[1]}, double{v[2]}};
+}
+
+/// The vertices of both parts of a pair, in their order.
+using Vertices = std::array<std::uint32_t, 4>;
+Vertices vertices_of(Kind kind, const Surface& surface, const Pair& pair)
+{
+    if (kind == Kind::vertex_triangle) {
+        const Surface::Triangle& triangle = surface.triangles()[pair.b];
+        return {pair.a, triangle[0], triangle[1], triangle[2]};
+    }
+    const Surface::Edge &a = surface.edges()[pair.a], &b = surface.edges()[pair.b];
+    return {a[0], a[1], b[0], b[1]};
+}
+/// How many of these are the first part's.
+std::size_t of_first(Kind kind)
+{
+    return kind == Kind::vertex_triangle ? 1 : 2;
+}
+bool share_a_vertex(Kind kind, const Vertices& v)
+{
+    const bool of_a = v[0] == v[2] || v[0] == v[3], of_b = v[1] == v[2] || v[1] == v[3];
+    return of_a || (kind == Kind::vertex_triangle ? v[0] == v[1] : of_b);
+}
+
+template <class T>
+Four places(const Vertices& vertices, std::span<const Vec<3, T>> positions)
+{
+    return {as_double(positions[vertices[0]]), as_double(positions[vertices[1]]),
+            as_double(positions[vertices[2]]), as_double(positions[vertices[3]])};
+}
+
+/// The box around some vertices and, with `to`, around where they move to; grown on all sides, outwards where
+/// that rounds.
+template <class T, std::size_t N>
+Aabb<3, T> box_around(const std::array<std::uint32_t, N>& vertices, std::span<const Vec<3, T>> positions,
+                      std::span<const Vec<3, T>> to, T grown)
+{
+    Aabb<3, T> box{positions[vertices[0]], positions[vertices[0]]};
+    for (const std::uint32_t vertex : vertices) {
+        box = {min(box.lo, positions[vertex]), max(box.hi, positions[vertex])};
+        if (!to.empty()) box = {min(box.lo, to[vertex]), max(box.hi, to[vertex])};
+    }
+    if (grown == 0) return box;
+    for (int d = 0; d < 3; ++d) {
+        const T spare = std::max({std::abs(box.lo[d]), std::abs(box.hi[d]), grown}) *
+                        (4 * std::numeric_limits<T>::epsilon());
+        box.lo[d] = box.lo[d] - grown - spare;
+        box.hi[d] = box.hi[d] + grown + spare;
+    }
+    return box;
+}
+
+template <class T>
+void check_positions(std::span<const Vec<3, T>> positions, std::size_t vertices, const char* name)
+{
+    if (positions.size() != vertices)
+        throw Error(ErrorCode::size_mismatch, std::string("there are ") + std::to_string(positions.size()) +
+                                                  " " + name + " and " + std::to_string(vertices) +
+                                                  " vertices; give one for each");
+    for (std::size_t k = 0; k < vertices; ++k)
+        for (int d = 0; d < 3; ++d)
+            if (!(std::abs(positions[k][d]) <= T(furthest)))
+                throw Error(ErrorCode::invalid_argument,
+                            std::string("vertex ") + std::to_string(k) + " of " + name + " has " +
+                                number_text(double{positions[k][d]}) +
+                                "; give finite coordinates within 1e30",
+                            k);
+}
+template <class T>
+void check_distance(T distance, const char* name, std::uint64_t index = Error::no_index)
+{
+    if (!(distance >= 0 && distance <= T(furthest)))
+        throw Error(ErrorCode::invalid_argument,
+                    std::string("the ") + name +
+                        (index == Error::no_index ? "" : " of vertex " + std::to_string(index)) + " is " +
+                        number_text(double{distance}) + "; give a length from 0 to 1e30",
+                    index);
+}
+
+} // namespace
+
+template <Coordinate T>
+struct SurfaceFinder<T>::Implementation
+{
+    explicit Implementation(const FinderOptions& given)
+        : options(given),
+          finder(given),
+          pairs(given.memory),
+          boxes_a(given.memory),
+          boxes_b(given.memory),
+          near{BlockBuffer<NearParts<T>>(given.memory), BlockBuffer<NearParts<T>>(given.memory)},
+          moving{BlockBuffer<PartImpact<T>>(given.memory), BlockBuffer<PartImpact<T>>(given.memory), T(1)},
+          crossings(given.memory)
+    {
+    }
+
+    /// One call: what it searches, and where.
+    struct Search
+    {
+        const Surface& surface;
+        Positions positions, to; ///< `to` is empty where nothing moves
+        T distance;
+        const Options& options;
+
+        [[nodiscard]] T thickness(std::span<const std::uint32_t> part) const
+        {
+            T most = 0;
+            if (!options.thickness.empty())
+                for (const std::uint32_t vertex : part)
+                    most = std::max(most, options.thickness[vertex]);
+            return most;
+        }
+        /// Within which a pair counts.
+        [[nodiscard]] double reach(Kind kind, const Vertices& vertices) const
+        {
+            const std::span<const std::uint32_t> all(vertices);
+            const std::size_t n = of_first(kind);
+            return double{distance} + double{thickness(all.first(n))} + double{thickness(all.subspan(n))};
+        }
+        /// Whether no option leaves the pair out.
+        [[nodiscard]] bool wanted(Kind kind, const Vertices& vertices) const
+        {
+            if (share_a_vertex(kind, vertices)) return false;
+            if (!options.bodies.empty() &&
+                options.bodies[vertices[0]] == options.bodies[vertices[of_first(kind)]])
+                return false;
+            return options.rest.empty() ||
+                   surfaces::distance_of(kind, places(vertices, options.rest)).distance >
+                       reach(kind, vertices);
+        }
+        [[nodiscard]] bool accepted(Kind kind, const Pair& pair) const
+        {
+            const auto& accept =
+                kind == Kind::vertex_triangle ? options.accept_vertex_triangle : options.accept_edge_edge;
+            return !accept || accept(pair.a, pair.b);
+        }
+    };
+
+    void check(const Search& search) const
+    {
+        const std::size_t vertices = search.surface.vertices();
+        check_positions(search.positions, vertices, "positions");
+        check_distance(search.distance, "distance");
+        const Options& given = search.options;
+        if (!given.thickness.empty() && given.thickness.size() != vertices)
+            refuse_size("thicknesses", given.thickness.size(), vertices);
+        for (std::size_t k = 0; k < given.thickness.size(); ++k)
+            check_distance(given.thickness[k], "thickness", k);
+        if (!given.rest.empty()) check_positions(given.rest, vertices, "positions at rest");
+        if (!given.bodies.empty() && given.bodies.size() != vertices)
+            refuse_size("bodies", given.bodies.size(), vertices);
+        if (!(given.tolerance > 0 && given.tolerance <= 1))
+            throw Error(ErrorCode::invalid_argument,
+                        "the tolerance is " + number_text(given.tolerance) + "; give one above 0, up to 1");
+    }
+    [[noreturn]] static void refuse_size(const char* what, std::size_t given, std::size_t vertices)
+    {
+        throw Error(ErrorCode::size_mismatch, "there are " + std::to_string(given) + " " + what + " and " +
+                                                  std::to_string(vertices) + " vertices; give one for each");
+    }
+
+    [[nodiscard]] ProcessOptions work() const { return {options.executor, 0}; }
+
+    /// The boxes of some parts, each grown by `grown` and its thickness.
+    template <class Parts>
+    void put_boxes(const Search& search, const Parts& parts, T grown, std::pmr::vector<Aabb<3, T>>& boxes)
+    {
+        boxes.resize(parts.size());
+        process_items(
+            parts.size(),
+            [&](std::uint64_t begin, std::uint64_t end, Work) {
+                for (std::uint64_t k = begin; k < end; ++k) {
+                    const auto vertices = vertices_of_part(parts[k]);
+                    boxes[k] =
+                        box_around(vertices, search.positions, search.to, grown + search.thickness(vertices));
+                }
+            },
+            work());
+    }
+    static std::array<std::uint32_t, 1> vertices_of_part(std::uint32_t vertex) { return {vertex}; }
+    template <std::size_t N>
+    static const std::array<std::uint32_t, N>& vertices_of_part(const std::array<std::uint32_t, N>& part)
+    {
+        return part;
+    }
+
+    /// Into `pairs`: those whose boxes touch and that `keep(pair, vertices)` keeps.
+    template <class Keep>
+    void find(const Search& search, Kind kind, const Keep& keep)
+    {
+        const Surface& surface = search.surface;
+        const auto select = [&](Pair* first, Pair* last) {
+            Pair* kept = first;
+            for (; first != last; ++first) {
+                Pair pair = *first;
+                if (kind == Kind::vertex_triangle) pair.a = surface.points()[pair.a];
+                const Vertices vertices = vertices_of(kind, surface, pair);
+                *kept = pair;
+                kept += search.wanted(kind, vertices) && keep(pair, vertices) && search.accepted(kind, pair)
+                            ? 1
+                            : 0;
+            }
+            return kept;
+        };
+        if (kind == Kind::vertex_triangle) {
+            put_boxes(search, surface.points(), search.distance, boxes_a);
+            put_boxes(search, surface.triangles(), T(0), boxes_b);
+            PairFinderAccess::find(finder, box_view(boxes_a), box_view(boxes_b), select, pairs);
+        } else {
+            put_boxes(search, surface.edges(), search.distance / 2, boxes_a);
+            PairFinderAccess::find(finder, box_view(boxes_a), select, pairs);
+        }
+    }
+    /// into[k] = make(pair k).
+    template <class Item, class Make>
+    void make_all(BlockBuffer<Item>& into, const Make& make)
+    {
+        BlockBufferAccess access(into);
+        const std::size_t count = pairs.size();
+        access.reserve_chunks(1);
+        access.reserve_blocks(1);
+        const std::span<Item> items =
+            access.chunk(0, count <= access.capacity(0) ? count : count + count / 4 + 64).first(count);
+        process_pairs(
+            pairs,
+            [&](const PairBatch& batch) {
+                for (std::size_t k = 0; k < batch.items.size(); ++k)
+                    items[batch.first + k] = make(batch.items[k]);
+            },
+            work());
+        access.append(items);
+    }
+
+    void find_near(const Search& search, Kind kind, BlockBuffer<NearParts<T>>& into)
+    {
+        find(search, kind, [&](const Pair&, const Vertices& vertices) {
+            return surfaces::distance_of(kind, places(vertices, search.positions)).distance <=
+                   search.reach(kind, vertices);
+        });
+        make_all(into, [&](const Pair& pair) {
+            const Vertices vertices = vertices_of(kind, search.surface, pair);
+            const PartDistance found = surfaces::distance_of(kind, places(vertices, search.positions));
+            NearParts<T> item{pair.a, pair.b, vertices, {}, {}, T(found.distance)};
+            for (std::size_t k = 0; k < 4; ++k)
+                item.weights[k] = T(found.weights[k]);
+            for (std::size_t d = 0; d < 3; ++d)
+                item.normal[d] = T(found.normal[d]);
+            return item;
+        });
+    }
+    void find_moving(const Search& search, Kind kind, BlockBuffer<PartImpact<T>>& into)
+    {
+        const auto impact = [&](const Vertices& vertices) {
+            return surfaces::impact_of(kind, places(vertices, search.positions), places(vertices, search.to),
+                                       search.reach(kind, vertices), search.options.tolerance);
+        };
+        find(search, kind,
+             [&](const Pair&, const Vertices& vertices) { return impact(vertices).has_value(); });
+        make_all(into, [&](const Pair& pair) {
+            const Vertices vertices = vertices_of(kind, search.surface, pair);
+            const double time = *impact(vertices);
+            T rounded = T(time);
+            if (double{rounded} > time) rounded = std::nextafter(rounded, T(0));
+            return PartImpact<T>{pair.a, pair.b, vertices, rounded};
+        });
+    }
+    void find_crossings(const Search& search);
+    void clear()
+    {
+        near.vertex_triangle.clear();
+        near.edge_edge.clear();
+        moving.vertex_triangle.clear();
+        moving.edge_edge.clear();
+        moving.safe_step = 1;
+        crossings.clear();
+    }
+
+    FinderOptions options;
+    PairFinder finder;
+    PairBuffer pairs;
+    std::pmr::vector<Aabb<3, T>> boxes_a, boxes_b;
+    NearSurface<T> near;
+    MovingSurface<T> moving;
+    BlockBuffer<Crossing> crossings;
+    std::atomic<bool> in_use{false};
+};
+
+/// Coordinates are first multiplied by a power of two, if need be, so that those of a part of a float's or
+/// double's range are exact: see orientation.hpp.
+template <Coordinate T>
+void SurfaceFinder<T>::Implementation::find_crossings(const Search& search)
+{
+    double most = 0;
+    for (const Vec<3, T>& position : search.positions)
+        for (const T x : position)
+            most = std::max(most, std::abs(double{x}));
+    const int power = most >= 0x1p59 ? 58 - std::ilogb(most) : 0;
+    const auto place = [&](std::uint32_t vertex) {
+        const Vec3 v = as_double(search.positions[vertex]);
+        return power == 0 ? v : Vec3{std::ldexp(v.x, power), std::ldexp(v.y, power), std::ldexp(v.z, power)};
+    };
+    const Surface& surface = search.surface;
+    const auto select = [&](Pair* first, Pair* last) {
+        return std::remove_if(first, last, [&](const Pair& pair) {
+            const Surface::Edge& edge = surface.edges()[pair.a];
+            const Surface::Triangle& triangle = surface.triangles()[pair.b];
+            for (const std::uint32_t corner : triangle)
+                if (corner == edge[0] || corner == edge[1]) return true;
+            const std::span<const std::uint32_t> bodies = search.options.bodies;
+            if (!bodies.empty() && bodies[edge[0]] == bodies[triangle[0]]) return true;
+            return !surfaces::crosses(place(edge[0]), place(edge[1]),
+                                      {place(triangle[0]), place(triangle[1]), place(triangle[2])});
+        });
+    };
+    put_boxes(search, surface.edges(), T(0), boxes_a);
+    put_boxes(search, surface.triangles(), T(0), boxes_b);
+    PairFinderAccess::find(finder, box_view(boxes_a), box_view(boxes_b), select, pairs);
+    make_all(crossings, [](const Pair& pair) { return Crossing{pair.a, pair.b}; });
+}
+
+template <Coordinate T>
+SurfaceFinder<T>::SurfaceFinder(const FinderOptions& options)
+    : implementation_((check_memory(options.memory), std::make_unique<Implementation>(options)))
+{
+}
+template <Coordinate T>
+SurfaceFinder<T>::SurfaceFinder(SurfaceFinder&&) noexcept = default;
+template <Coordinate T>
+SurfaceFinder<T>& SurfaceFinder<T>::operator=(SurfaceFinder&&) noexcept = default;
+template <Coordinate T>
+SurfaceFinder<T>::~SurfaceFinder() = default;
+
+namespace {
+
+/// Runs a search of `finder`, an Implementation; after an exception its results are empty.
+template <class Implementation, class Search>
+void run_search(Implementation& finder, const Search& search)
+{
+    const InUse call(finder.in_use, "SurfaceFinder");
+    finder.clear();
+    try {
+        search();
+    } catch (...) {
+        finder.clear();
+        throw;
+    }
+}
+
+} // namespace
+
+template <Coordinate T>
+const NearSurface<T>& SurfaceFinder<T>::near(const Surface& surface, Positions positions, T distance,
+                                             const Options& options) &
+{
+    Implementation& my = *implementation_;
+    run_search(my, [&] {
+        const typename Implementation::Search search{surface, positions, {}, distance, options};
+        my.check(search);
+        my.find_near(search, Kind::vertex_triangle, my.near.vertex_triangle);
+        my.find_near(search, Kind::edge_edge, my.near.edge_edge);
+    });
+    return my.near;
+}
+
+template <Coordinate T>
+const MovingSurface<T>& SurfaceFinder<T>::moving(const Surface& surface, Positions from, Positions to,
+                                                 T distance, const Options& options) &
+{
+    Implementation& my = *implementation_;
+    run_search(my, [&] {
+        const typename Implementation::Search search{surface, from, to, distance, options};
+        my.check(search);
+        check_positions(to, surface.vertices(), "positions to move to");
+        my.find_moving(search, Kind::vertex_triangle, my.moving.vertex_triangle);
+        my.find_moving(search, Kind::edge_edge, my.moving.edge_edge);
+        for (const auto* found : {&my.moving.vertex_triangle, &my.moving.edge_edge})
+            for (const PartImpact<T>& impact : *found)
+                my.moving.safe_step = std::min(my.moving.safe_step, impact.time);
+    });
+    return my.moving;
+}
+
+template <Coordinate T>
+const BlockBuffer<Crossing>& SurfaceFinder<T>::crossings(const Surface& surface, Positions positions,
+                                                         const Options& options) &
+{
+    Implementation& my = *implementation_;
+    run_search(my, [&] {
+        const typename Implementation::Search search{surface, positions, {}, T(0), options};
+        my.check(search);
+        my.find_crossings(search);
+    });
+    return my.crossings;
+}
+
+template <Coordinate T>
+void SurfaceFinder<T>::release_memory() noexcept
+{
+    Implementation& my = *implementation_;
+    my.clear();
+    my.near.vertex_triangle.release();
+    my.near.edge_edge.release();
+    my.moving.vertex_triangle.release();
+    my.moving.edge_edge.release();
+    my.crossings.release();
+    my.pairs.release();
+    for (std::pmr::vector<Aabb<3, T>>* const boxes : {&my.boxes_a, &my.boxes_b}) {
+        boxes->clear();
+        boxes->shrink_to_fit();
+    }
+    my.finder.release_memory();
+}
+
+template class SurfaceFinder<float>;
+template class SurfaceFinder<double>;
+
+JOSTLE_NAMESPACE_END
