@@ -169,13 +169,13 @@ struct MovingSurface
 ///
 /// Pairs    those whose parts have no vertex in common, each once.
 /// Order    that of the broad phase: by place, the same for any number of threads and instruction set.
-/// Results  lie in the finder and are valid until its next call.
+/// Results  lie in the finder and are valid until the next call of the same function.
 /// Threads  one call at a time per finder; it uses those of options.executor.
 /// Memory   stays as large as the largest call needed: a steady step allocates nothing.
 /// Cost     expected linear in the vertices and in the pairs whose boxes are within the distance.
 /// Errors   `Error` that names the vertex whose position isn't finite or is beyond 1e30; for arrays that
 ///          don't have one element per vertex; for a negative or infinite distance or thickness.
-///          `std::bad_alloc`, and what a callback throws. The results are then empty.
+///          `std::bad_alloc`, and what a callback throws. The result is then empty.
 template <Coordinate T>
 class JOSTLE_API SurfaceFinder
 {

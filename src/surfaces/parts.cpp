@@ -17,8 +17,8 @@ using narrow::dot;
 using narrow::length;
 using narrow::length2;
 
-/// What a corner's place along a unit vector may be wrong by, rounding of the differences included: seven
-/// roundings of 2^-53 where coordinates are at most 1, and as much to spare.
+/// What a corner's place along a unit vector may be wrong by, as a part of the greatest coordinate, rounding
+/// of the differences included: seven roundings of 2^-53, and as much to spare.
 constexpr double rounding = 0x1p-49;
 /// More than what three roundings can change a quotient by.
 constexpr double down = 1 - 0x1p-51, up = 1 + 0x1p-51;
@@ -54,17 +54,19 @@ double greatest(const Polygon& polygon)
     return most;
 }
 
-/// Times 2^power: exact, but for numbers that become too small to matter beside the greatest.
+/// Times 2^power: exact.
 Polygon scaled(Polygon polygon, int power)
 {
+    if (power == 0) return polygon;
     for (Vec3& corner : polygon.corner)
         corner = {std::ldexp(corner.x, power), std::ldexp(corner.y, power), std::ldexp(corner.z, power)};
     return polygon;
 }
-/// The power that brings numbers up to `greatest` below 1.
+/// The power that makes numbers up to `greatest` so large that their fourth powers don't vanish; up to 1e60
+/// these stay finite.
 int power_for(double greatest)
 {
-    return greatest > 0 ? -std::ilogb(greatest) - 1 : 0;
+    return greatest >= 0x1p-200 || greatest == 0 ? 0 : -std::ilogb(greatest);
 }
 
 /// The point of a polygon that is nearest to the origin.
@@ -114,14 +116,14 @@ Vec3 without(const Vec3& v, const Vec3& side)
     const Vec3 once = v - side * (dot(v, side) / size);
     return once - side * (dot(once, side) / size);
 }
-/// Zero for zero. Numbers of at most 1, so that squares can only become too small.
+/// Zero for zero.
 Vec3 unit(const Vec3& v)
 {
     const double size = length(v);
-    if (size > 1e-140) return v * (1 / size);
+    if (size > 1e-140) return v * (1 / size); // squares beyond 1e-280 have all their digits
     const double most = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
     if (!(most > 0)) return {};
-    const int power = power_for(most);
+    const int power = -std::ilogb(most);
     const Vec3 bigger{std::ldexp(v.x, power), std::ldexp(v.y, power), std::ldexp(v.z, power)};
     return bigger * (1 / length(bigger));
 }
@@ -238,9 +240,11 @@ std::optional<double> impact_of(Kind kind, const Four& from, const Four& to, dou
                                 double tolerance) noexcept
 {
     MovingPolygon moving{polygon_of(kind, from), polygon_of(kind, to)};
-    const int power = power_for(std::max(greatest(moving.from), greatest(moving.to)));
+    const double size = std::max(greatest(moving.from), greatest(moving.to));
+    const int power = power_for(size);
     moving = {scaled(moving.from, power), scaled(moving.to, power)};
-    const double wanted = std::ldexp(distance, power), apart = wanted * (1 + 0x1p-50) + rounding;
+    const double wanted = std::ldexp(distance, power);
+    const double apart = wanted * (1 + 0x1p-50) + std::ldexp(size, power) * rounding;
 
     double time = 0;
     for (int step = 0;; ++step) {

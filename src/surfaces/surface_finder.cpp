@@ -295,16 +295,6 @@ struct SurfaceFinder<T>::Implementation
         });
     }
     void find_crossings(const Search& search);
-    void clear()
-    {
-        near.vertex_triangle.clear();
-        near.edge_edge.clear();
-        moving.vertex_triangle.clear();
-        moving.edge_edge.clear();
-        moving.safe_step = 1;
-        crossings.clear();
-    }
-
     FinderOptions options;
     PairFinder finder;
     PairBuffer pairs;
@@ -362,18 +352,37 @@ SurfaceFinder<T>::~SurfaceFinder() = default;
 
 namespace {
 
-/// Runs a search of `finder`, an Implementation; after an exception its results are empty.
-template <class Implementation, class Search>
-void run_search(Implementation& finder, const Search& search)
+template <class T>
+void clear(NearSurface<T>& result)
+{
+    result.vertex_triangle.clear();
+    result.edge_edge.clear();
+}
+template <class T>
+void clear(MovingSurface<T>& result)
+{
+    result.vertex_triangle.clear();
+    result.edge_edge.clear();
+    result.safe_step = 1;
+}
+void clear(BlockBuffer<Crossing>& result)
+{
+    result.clear();
+}
+
+/// Runs a search of `finder`, an Implementation, for `result`, which is empty after an exception.
+template <class Implementation, class Result, class Search>
+const Result& run_search(Implementation& finder, Result& result, const Search& search)
 {
     const InUse call(finder.in_use, "SurfaceFinder");
-    finder.clear();
+    clear(result);
     try {
         search();
     } catch (...) {
-        finder.clear();
+        clear(result);
         throw;
     }
+    return result;
 }
 
 } // namespace
@@ -383,13 +392,12 @@ const NearSurface<T>& SurfaceFinder<T>::near(const Surface& surface, Positions p
                                              const Options& options) &
 {
     Implementation& my = *implementation_;
-    run_search(my, [&] {
+    return run_search(my, my.near, [&] {
         const typename Implementation::Search search{surface, positions, {}, distance, options};
         my.check(search);
         my.find_near(search, Kind::vertex_triangle, my.near.vertex_triangle);
         my.find_near(search, Kind::edge_edge, my.near.edge_edge);
     });
-    return my.near;
 }
 
 template <Coordinate T>
@@ -397,7 +405,7 @@ const MovingSurface<T>& SurfaceFinder<T>::moving(const Surface& surface, Positio
                                                  T distance, const Options& options) &
 {
     Implementation& my = *implementation_;
-    run_search(my, [&] {
+    return run_search(my, my.moving, [&] {
         const typename Implementation::Search search{surface, from, to, distance, options};
         my.check(search);
         check_positions(to, surface.vertices(), "positions to move to");
@@ -407,7 +415,6 @@ const MovingSurface<T>& SurfaceFinder<T>::moving(const Surface& surface, Positio
             for (const PartImpact<T>& impact : *found)
                 my.moving.safe_step = std::min(my.moving.safe_step, impact.time);
     });
-    return my.moving;
 }
 
 template <Coordinate T>
@@ -415,19 +422,17 @@ const BlockBuffer<Crossing>& SurfaceFinder<T>::crossings(const Surface& surface,
                                                          const Options& options) &
 {
     Implementation& my = *implementation_;
-    run_search(my, [&] {
+    return run_search(my, my.crossings, [&] {
         const typename Implementation::Search search{surface, positions, {}, T(0), options};
         my.check(search);
         my.find_crossings(search);
     });
-    return my.crossings;
 }
 
 template <Coordinate T>
 void SurfaceFinder<T>::release_memory() noexcept
 {
     Implementation& my = *implementation_;
-    my.clear();
     my.near.vertex_triangle.release();
     my.near.edge_edge.release();
     my.moving.vertex_triangle.release();
