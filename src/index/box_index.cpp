@@ -10,8 +10,8 @@
 
 #include "base/checks.hpp"
 #include "base/instantiate.hpp"
-#include "base/per_thread.hpp"
 #include "base/result_lists.hpp"
+#include "base/users.hpp"
 #include "index/box_index_access.hpp"
 #include "index/kernels/kernels.hpp"
 #include "index/queries/answers.hpp"
@@ -28,38 +28,6 @@ using index::Visits;
 using index::Wanted;
 
 namespace {
-
-/// A query that calls the user's code, on this thread. As long as it lasts, nothing that this code calls
-/// may change the index, or the search would go on reading memory that has been reused.
-class Answering
-{
-  public:
-    /// Null: it calls none.
-    explicit Answering(const void* index) noexcept : index_(index)
-    {
-        if (index_ == nullptr) return;
-        outer_ = PerThread<const Answering>::get();
-        PerThread<const Answering>::set(this);
-    }
-    Answering(const Answering&) = delete;
-    Answering& operator=(const Answering&) = delete;
-    ~Answering()
-    {
-        if (index_ != nullptr) PerThread<const Answering>::set(outer_);
-    }
-    static void check_none(const void* index)
-    {
-        for (const Answering* each = PerThread<const Answering>::get(); each != nullptr; each = each->outer_)
-            if (each->index_ == index)
-                throw Error(ErrorCode::invalid_argument,
-                            "this BoxIndex is answering a query, which runs this callback; change it "
-                            "afterwards");
-    }
-
-  private:
-    const void* const index_;
-    const Answering* outer_ = nullptr;
-};
 
 /// Whether an object counts by a filter.
 bool takes(const QueryFilter& filter, std::uint32_t query, std::uint32_t id)
@@ -96,9 +64,6 @@ struct BoxIndex<Dim, T>::Implementation
           joins(given)
     {
     }
-
-    /// Throws if what changes the index is called by the code that a query calls.
-    void check_change() const { Answering::check_none(this); }
 
     void build(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes)
     {
@@ -137,7 +102,6 @@ struct BoxIndex<Dim, T>::Implementation
     auto filtered(const QueryFilter& filter, std::size_t query, const Body& body) const
     {
         if (takes_all(filter)) return body(Wanted());
-        const Answering answering(filter.accept ? this : nullptr); // on this thread
         const auto wanted = [&](std::uint32_t id) {
             return takes(filter, static_cast<std::uint32_t>(query), id);
         };
@@ -163,7 +127,7 @@ struct BoxIndex<Dim, T>::Implementation
         out.clear();
         check_filters(filters, boxes.size());
         join(tree, boxes, pairs);
-        const Answering answering(this);
+        const Users::Answering answering(&users);
         if (filters.one_each() || !takes_all(filters[0]))
             std::erase_if(pairs, [&](const Pair& pair) { return !takes(filters[pair.a], pair.a, pair.b); });
         out = std::move(pairs);
@@ -187,14 +151,14 @@ struct BoxIndex<Dim, T>::Implementation
     }
     bool pairs(const Implementation& other, PairVisitor visitor) const
     {
-        const Answering answering(this), other_answering(&other);
+        const Users::Answering answering(&users), other_answering(&other.users);
         const index::Roots<Dim, T> roots = roots_with(other);
         return kernels.pairs({&roots, 1}, visitor);
     }
     bool closest_pairs(const Implementation& other, index::PairHitVisitor<T> visitor, T max_distance) const
     {
         index::check_max_distance(max_distance);
-        const Answering answering(this), other_answering(&other);
+        const Users::Answering answering(&users), other_answering(&other.users);
         const index::Roots<Dim, T> roots = roots_with(other);
         return index::visit_closest<Dim, T>(kernels, {&roots, 1}, max_distance * max_distance, visitor,
                                             tree.closest_work());
@@ -202,6 +166,7 @@ struct BoxIndex<Dim, T>::Implementation
 
     [[nodiscard]] Executor& executor() const noexcept { return *tasks; }
 
+    mutable Users users{"BoxIndex", "change it afterwards"};
     IndexOptions options;
     Executor* tasks; // who runs them
     const index::Kernels<Dim, T>& kernels;
@@ -215,7 +180,9 @@ class BoxIndex<Dim, T>::Implementation::Asking
 {
   public:
     Asking(const Implementation& index, const QueryFilter& filter, Visits visits = Visits::no)
-        : index_(index), filter_(filter), answering_(visits != Visits::no ? &index : nullptr)
+        : index_(index),
+          filter_(filter),
+          answering_(filter.accept || visits != Visits::no ? &index.users : nullptr)
     {
         index::check(filter, index.tree.id_end());
     }
@@ -239,7 +206,7 @@ class BoxIndex<Dim, T>::Implementation::Asking
   private:
     const Implementation& index_;
     const QueryFilter& filter_;
-    const Answering answering_;
+    const Users::Answering answering_;
 };
 
 /// A batch of queries.
@@ -247,13 +214,12 @@ template <int Dim, Coordinate T>
 class BoxIndex<Dim, T>::Implementation::AskingMany
 {
   public:
-    AskingMany(const Implementation& index, const Filters& filters, std::size_t queries,
-               Visits visits = Visits::no)
+    AskingMany(const Implementation& index, const Filters& filters, std::size_t queries, Visits = Visits::no)
         : index_(index),
           count_(queries),
           filters_(filters),
           one_{{index.kernels, index.tree}},
-          answering_(visits != Visits::no ? &index : nullptr)
+          answering_(&index.users)
     {
         index.check_filters(filters, queries);
     }
@@ -295,7 +261,7 @@ class BoxIndex<Dim, T>::Implementation::AskingMany
     std::size_t count_;
     Filters filters_;
     One one_;
-    const Answering answering_;
+    const Users::Answering answering_;
 };
 
 template <int Dim, Coordinate T>
@@ -316,14 +282,14 @@ void BoxIndex<Dim, T>::build(const BoxView<Dim, T>& boxes)
     if (boxes.size() >= Hit<T>::none)
         throw Error(ErrorCode::too_many_objects,
                     std::to_string(boxes.size()) + " boxes; ids have 32 bits, give at most 4294967294");
-    implementation_->check_change();
+    const InUse call = implementation_->users.change();
     implementation_->build({}, boxes);
 }
 
 template <int Dim, Coordinate T>
 void BoxIndex<Dim, T>::build(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes)
 {
-    implementation_->check_change();
+    const InUse call = implementation_->users.change();
     check_one_id_each(ids.size(), boxes.size());
     implementation_->check_ids(ids, std::nullopt);
     implementation_->build(ids, boxes);
@@ -333,7 +299,7 @@ template <int Dim, Coordinate T>
 void BoxIndex<Dim, T>::insert(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes)
 {
     Implementation& all = *implementation_;
-    all.check_change();
+    const InUse call = all.users.change();
     check_one_id_each(ids.size(), boxes.size());
     all.check_ids(ids, false);
     check_boxes_of(boxes, "", ids);
@@ -344,7 +310,7 @@ template <int Dim, Coordinate T>
 void BoxIndex<Dim, T>::erase(std::span<const std::uint32_t> ids)
 {
     Implementation& all = *implementation_;
-    all.check_change();
+    const InUse call = all.users.change();
     all.check_ids(ids, true);
     all.tree.erase(ids);
 }
@@ -353,7 +319,7 @@ template <int Dim, Coordinate T>
 void BoxIndex<Dim, T>::move(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes)
 {
     Implementation& all = *implementation_;
-    all.check_change();
+    const InUse call = all.users.change();
     check_one_id_each(ids.size(), boxes.size());
     all.check_ids(ids, true);
     check_boxes_of(boxes, "", ids);
@@ -396,14 +362,14 @@ const index::Tree<Dim, T>& BoxIndexAccess::tree(const BoxIndex<Dim, T>& index) n
 template <int Dim, Coordinate T>
 void BoxIndex<Dim, T>::clear()
 {
-    implementation_->check_change();
+    const InUse call = implementation_->users.change();
     implementation_->tree.clear();
 }
 
 template <int Dim, Coordinate T>
 void BoxIndex<Dim, T>::release_memory()
 {
-    implementation_->check_change();
+    const InUse call = implementation_->users.change();
     implementation_->tree.release_memory();
     implementation_->joins.release_memory();
 }

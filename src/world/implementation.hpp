@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <atomic>
 #include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
-#include "base/in_use.hpp"
+#include "base/users.hpp"
 #include "index/queries/check.hpp"
 #include "jostle/world.hpp"
 #include "world/kept/change_log.hpp"
@@ -29,48 +28,6 @@ namespace world {
 template <int Dim, class T>
 struct Rest;
 class Refusals;
-
-/// A reader that calls the user's code. As long as there is one, nothing may change the world, or the reader
-/// would go on reading memory that has been reused.
-class Reader
-{
-  public:
-    explicit Reader(std::atomic<std::uint32_t>* readers) noexcept : readers_(readers)
-    {
-        if (readers_ != nullptr) readers_->fetch_add(1, std::memory_order_relaxed);
-    }
-    Reader(const Reader&) = delete;
-    Reader& operator=(const Reader&) = delete;
-    ~Reader()
-    {
-        if (readers_ != nullptr) readers_->fetch_sub(1, std::memory_order_relaxed);
-    }
-    static void check_none(const std::atomic<std::uint32_t>& readers)
-    {
-        if (readers.load(std::memory_order_relaxed) != 0)
-            throw Error(
-                ErrorCode::invalid_argument,
-                "this World is answering a query or draw(), which runs this callback or was called by "
-                "another thread; queue commands there, and update the world afterwards");
-    }
-
-  private:
-    std::atomic<std::uint32_t>* readers_;
-};
-
-/// A call that changes the world: refused while another one goes on, or a reader calls the user's code.
-class ChangingCall
-{
-  public:
-    ChangingCall(std::atomic<bool>& in_use, const std::atomic<std::uint32_t>& readers)
-        : call_(in_use, "World")
-    {
-        Reader::check_none(readers);
-    }
-
-  private:
-    InUse call_;
-};
 
 /// The pairs that began, by index, alone or in one list with those that persist: made when somebody asks.
 class ListedPairs
@@ -135,7 +92,6 @@ struct World<Dim, T>::Implementation
     bool visit_joined(const BoxView<Dim, T>& boxes, JoinVisitor visitor, const Filters& filters) const;
     bool closest_pairs(const Implementation& other, ClosestVisitor visitor, T max_distance) const;
 
-    [[nodiscard]] world::ChangingCall begin_change() { return {in_use, readers}; }
     void queue(const world::Command<Dim, T>& command);
     /// Throws if this is a view of another world.
     void check_own() const;
@@ -164,9 +120,8 @@ struct World<Dim, T>::Implementation
     [[nodiscard]] world::Lists& last_lists() noexcept { return lists[last]; }
     [[nodiscard]] std::uint64_t bytes() const noexcept { return sizeof *this + memory.bytes(); }
 
-    std::atomic<bool> in_use{false};               // by update, restore or join
-    mutable std::atomic<std::uint32_t> readers{0}; // that call the user's code
-    world::CountedMemory memory;                   // for all that follows; what users get is made in theirs
+    mutable Users users{"World", "queue commands there, and update the world afterwards"};
+    world::CountedMemory memory; // for all that follows; what users get is made in theirs
 
     world::Queues<Dim, T> queues;
     world::State<Dim, T> state;

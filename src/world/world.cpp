@@ -308,7 +308,7 @@ void World<Dim, T>::update()
 template <int Dim, Coordinate T>
 void World<Dim, T>::update(std::span<const ObjectId> ids, const Boxes& boxes)
 {
-    const world::ChangingCall call = implementation_->begin_change();
+    const InUse call = implementation_->users.change();
     implementation_->check_own();
     world::check_view(ids.size(), boxes);
     if (!implementation_->applied) return implementation_->update({ids, boxes});
@@ -319,7 +319,7 @@ void World<Dim, T>::update(std::span<const ObjectId> ids, const Boxes& boxes)
 template <int Dim, Coordinate T>
 void World<Dim, T>::apply()
 {
-    const world::ChangingCall call = implementation_->begin_change();
+    const InUse call = implementation_->users.change();
     implementation_->check_own();
     implementation_->apply_ahead();
 }
@@ -366,7 +366,7 @@ template <int Dim, Coordinate T>
 void World<Dim, T>::clear()
 {
     std::unique_ptr<Implementation> fresh; // the old one in the end, which outlives its `call`
-    const world::ChangingCall call = implementation_->begin_change();
+    const InUse call = implementation_->users.change();
     fresh = std::make_unique<Implementation>(implementation_->state.options);
     implementation_.swap(fresh);
 }

@@ -127,8 +127,9 @@ void change_in_all_ways(BoxIndex3f& index)
 {
     EXPECT_FALSE(index.visit(along_x, [](const Hit<float>&, float&) { return false; })) << "it may be asked";
     const std::vector<Aabb3f> boxes = row(100);
-    const std::string expected =
-        "this BoxIndex is answering a query, which runs this callback; change it afterwards";
+    const std::string expected = "this BoxIndex is answering a query, which runs this callback or was called "
+                                 "by another thread; change "
+                                 "it afterwards";
     const auto refuses = [&](auto&& change) {
         EXPECT_EQ(refusal(ErrorCode::invalid_argument, change), expected);
     };

@@ -72,7 +72,7 @@ bool visit_closest(const typename World<Dim, T>::Implementation& one,
                    typename World<Dim, T>::ClosestVisitor visitor, T max_distance)
 {
     index::check_max_distance(max_distance);
-    const Reader reader(&one.readers), other_reader(&other.readers);
+    const Users::Answering answering(&one.users), other_answering(&other.users);
     const bool is_same = &one == &other;
     const ShownResting<Dim, T> our_resting(one.state), their_resting(other.state);
     const auto ours = roots_of<Dim, T>(one, our_resting);

@@ -55,7 +55,7 @@ void World<Dim, T>::draw(
     FunctionRef<void(const Vector& from, const Vector& to, DrawKind kind)> draw_line) const
 {
     const Implementation& me = *implementation_;
-    const world::Reader reader(&me.readers);
+    const Users::Answering answering(&me.users);
     if (draw_box)
         for (std::uint32_t i = 0; i < index_end(); ++i) {
             const auto object = me.state.objects[world::Index{i}];

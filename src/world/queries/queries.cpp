@@ -61,7 +61,7 @@ class Asking
             return index != nullptr ? &BoxIndexAccess::tree(*index) : nullptr;
         };
         const bool is_masked = filter.category != ~0u || filter.mask != ~0u;
-        const bool is_free = visits == Visits::in_join || !world.in_use.load(std::memory_order_relaxed);
+        const bool is_free = visits == Visits::in_join || !world.users.are_at_work();
         if (is_masked && visits != Visits::in_own_order && is_free)
             for (const auto& layer : world.layers)
                 if (layer->asker.category == filter.category && layer->asker.mask == filter.mask)
@@ -73,7 +73,7 @@ class Asking
 
     Asking(const Implementation& world, const ObjectQueryFilter& filter, Visits visits = Visits::no)
         : state_(world.state),
-          reader_(filter.accept || visits != Visits::no ? &world.readers : nullptr),
+          answering_(filter.accept || visits != Visits::no ? &world.users : nullptr),
           filter_(filter),
           exclude_(state_.ids.is_good(filter.exclude) ? filter.exclude.index : Hit<T>::none),
           sources_(sources(world, filter, visits)),
@@ -140,7 +140,7 @@ class Asking
 
   private:
     const State<Dim, T>& state_;
-    Reader reader_;
+    Users::Answering answering_;
     const ObjectQueryFilter& filter_;
     std::uint32_t exclude_;
     const Sources sources_;
@@ -248,7 +248,7 @@ void World<Dim, T>::Implementation::join(const BoxView<Dim, T>& boxes, std::pmr:
 {
     using world::Index;
     filters.check(boxes.size());
-    const InUse call(in_use, "World");
+    const InUse call = users.work();
     std::pmr::vector<Pair> all(std::move(out)); // if anything below throws, the list is empty
     out.clear();
     const ObjectQueryFilter masks = world::masks_together(filters, boxes.size());
@@ -362,7 +362,7 @@ bool World<Dim, T>::touching(ObjectId id, FunctionRef<bool(ObjectId)> visitor) c
 template <int Dim, Coordinate T>
 bool World<Dim, T>::pairs(FunctionRef<bool(ObjectId a, ObjectId b)> visit) const
 {
-    const world::Reader reader(&implementation_->readers);
+    const Users::Answering answering(&implementation_->users);
     const ObjectQueryFilter all;
     const world::Asking<Dim, T> asking(*implementation_, all);
     world::Items<std::uint32_t> others;

@@ -160,12 +160,12 @@ template <int Dim, Coordinate T>
 void World<Dim, T>::follow(const World& other)
 {
     std::unique_ptr<Implementation> fresh; // the old one in the end, which outlives its `call`
-    const world::ChangingCall call = implementation_->begin_change();
+    const InUse call = implementation_->users.change();
     const Implementation& of = *other.implementation_;
     if (&of == implementation_.get())
         throw Error(ErrorCode::invalid_argument,
                     "a World can't follow itself; make another one that follows it");
-    if (of.in_use.load(std::memory_order_acquire))
+    if (of.users.are_at_work())
         throw Error(
             ErrorCode::invalid_argument,
             "the World to be followed is in use by another call, such as update(); call follow() between "

@@ -406,7 +406,7 @@ template <int Dim, Coordinate T>
 std::vector<std::byte> World<Dim, T>::save_base()
 {
     Implementation& me = *implementation_;
-    const InUse call(me.in_use, "World");
+    const InUse call = me.users.work();
     me.check_own();
     const world::IdTable::Picture ids = me.state.picture_ids();
     std::vector<std::byte> bytes = me.save(ids);
@@ -427,7 +427,7 @@ template <int Dim, Coordinate T>
 void World<Dim, T>::save_changes(std::vector<std::byte>& out)
 {
     Implementation& me = *implementation_;
-    const InUse call(me.in_use, "World");
+    const InUse call = me.users.work();
     const auto& journal = world::base_of<Dim, T>(me);
     world::SnapshotWriter writer;
     writer.bytes.swap(out); // in its memory
@@ -442,7 +442,7 @@ template <int Dim, Coordinate T>
 void World<Dim, T>::restore_changes(std::span<const std::byte> changes)
 {
     Implementation& me = *implementation_;
-    const world::ChangingCall call = me.begin_change();
+    const InUse call = me.users.change();
     const auto& journal = world::base_of<Dim, T>(me);
     world::SnapshotReader in(world::changes_since, changes);
     const std::uint64_t base = in.read_header(world::saved_space<Dim, T>);

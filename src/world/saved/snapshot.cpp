@@ -131,7 +131,7 @@ template <int Dim, Coordinate T>
 void World<Dim, T>::restore(std::span<const std::byte> snapshot)
 {
     std::unique_ptr<Implementation> fresh; // the old one in the end, which outlives its `call`
-    const world::ChangingCall call = implementation_->begin_change();
+    const InUse call = implementation_->users.change();
     world::SnapshotReader in(world::whole_snapshot, snapshot);
     if (in.read_header(world::saved_space<Dim, T>) != 0)
         in.refuse("the checksum says that there was an alteration");
