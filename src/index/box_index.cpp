@@ -303,7 +303,7 @@ void BoxIndex<Dim, T>::insert(std::span<const std::uint32_t> ids, const BoxView<
     check_one_id_each(ids.size(), boxes.size());
     all.check_ids(ids, false);
     check_boxes_of(boxes, "", ids);
-    all.tree.insert(ids, boxes);
+    all.tree.put(ids, boxes);
 }
 
 template <int Dim, Coordinate T>
@@ -323,7 +323,7 @@ void BoxIndex<Dim, T>::move(std::span<const std::uint32_t> ids, const BoxView<Di
     check_one_id_each(ids.size(), boxes.size());
     all.check_ids(ids, true);
     check_boxes_of(boxes, "", ids);
-    all.tree.move(ids, boxes);
+    all.tree.put(ids, boxes);
 }
 
 template <int Dim, Coordinate T>

@@ -42,7 +42,7 @@ class BoxIndexAccess
                         const Boxes<Dim, T>& boxes)
     {
         index.clear();
-        tree(index).insert(ids, boxes);
+        tree(index).put(ids, boxes);
     }
 };
 

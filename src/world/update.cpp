@@ -159,8 +159,8 @@ void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>& moves)
         journal->note(state, applied, changes.objects(), rest.settling);
         journal->note_refused(refusals.added(), refusals.removed());
     }
-    // The last that may fail: what it puts into the index, it takes out again then, and nobody else does.
-    world::settle(state, rest);
+    // The last that may fail; if it does, the index is as it was.
+    BoxIndexAccess::tree(state.resting).put(rest.indices, rest.boxes);
     commit(entries, rest, refusals, next);
 
     const auto t3 = world::Clock::now();
@@ -220,7 +220,7 @@ void World<Dim, T>::Implementation::commit(const world::Entries<Dim, T>& entries
         world::unpark(state, index);
     world::commit_objects(state, neighbour_lists, entries, std::span<const world::Index>(changes.objects()));
     changes.keep();
-    refusals.keep();
+    refusals.commit();
     if (journal) {
         journal->forget_refused(refusals.added(), state.refused);
         journal->forget_refused(refusals.removed(), state.refused);

@@ -66,7 +66,7 @@ struct TreeObjects
     double compare(const Tree& tree) const
     {
         Tree fresh{IndexOptions{}};
-        fresh.insert(ids, View(boxes));
+        fresh.put(ids, View(boxes));
         EXPECT_EQ(fresh.validate(), nullptr);
         std::vector<Aabb3f> questions;
         for (std::size_t i = 0; i < boxes.size(); i += 7)
@@ -85,7 +85,7 @@ TEST_P(Churn, LeavesTheTreeAsGoodAsNew)
     TreeObjects objects(kind, 12000, 3);
     Random random(5);
     Tree tree{IndexOptions{}};
-    tree.insert(objects.ids, View(objects.boxes));
+    tree.put(objects.ids, View(objects.boxes));
     for (int round = 0; round < 60; ++round) {
         std::vector<std::uint32_t> gone, moved;
         std::vector<Aabb3f> back, to;
@@ -106,9 +106,9 @@ TEST_P(Churn, LeavesTheTreeAsGoodAsNew)
         }
         tree.erase(gone);
         ASSERT_EQ(tree.validate(), nullptr);
-        tree.insert(gone, View(back));
+        tree.put(gone, View(back));
         ASSERT_EQ(tree.validate(), nullptr);
-        tree.move(moved, View(to));
+        tree.put(moved, View(to));
         ASSERT_EQ(tree.validate(), nullptr);
     }
     const double ratio = objects.compare(tree);
@@ -128,7 +128,7 @@ TEST(Order, SearchesStayShortWhereverBoxesLie)
         const auto opened = [&](std::uint32_t count) {
             const TreeObjects objects(kind, count, 3);
             Tree tree{IndexOptions{}};
-            tree.insert(objects.ids, View(objects.boxes));
+            tree.put(objects.ids, View(objects.boxes));
             EXPECT_EQ(tree.validate(), nullptr);
             return visits(tree, std::span(objects.boxes).first(500));
         };
@@ -144,11 +144,11 @@ TEST(Order, OfBoxesFarApartIsThatOfInsertingThemOneByOne)
     for (const Kind kind : {Kind::growing, Kind::outliers}) {
         const TreeObjects objects(kind, 3000, 5);
         Tree built{IndexOptions{}}, grown{IndexOptions{}};
-        built.insert(objects.ids, View(objects.boxes));
+        built.put(objects.ids, View(objects.boxes));
         for (std::size_t i = 0; i < objects.ids.size(); ++i) {
             // The frame is that of all boxes.
             if (i == 0) grown.build({}, View(objects.boxes)), grown.erase(std::span(objects.ids).subspan(1));
-            if (i > 0) grown.insert({&objects.ids[i], 1}, View(std::span(&objects.boxes[i], 1)));
+            if (i > 0) grown.put({&objects.ids[i], 1}, View(std::span(&objects.boxes[i], 1)));
         }
         ASSERT_EQ(grown.validate(), nullptr);
         EXPECT_LE(visits(grown, objects.boxes), 1.5 * visits(built, objects.boxes)) << name(kind);
@@ -162,7 +162,7 @@ TEST(Hull, OfThoseThatCountIsFoundWithoutTheOthers)
         for (const std::uint32_t count : {0u, 1u, 2u, 15u, 16u, 17u, 255u, 256u, 257u, 5000u}) {
             const TreeObjects objects(static_cast<Kind>(kind), count, 3 + count);
             Tree tree{IndexOptions{}};
-            tree.insert(objects.ids, View(objects.boxes));
+            tree.put(objects.ids, View(objects.boxes));
             for (const std::uint32_t share : {0u, 1u, 2u, 50u, 1000u}) { // one of so many doesn't count
                 std::vector<bool> counts(count);
                 for (std::uint32_t id = 0; id < count; ++id)
@@ -318,7 +318,7 @@ TEST(Stats, DepthIsTheLongestWayToAPage)
     for (const auto& [count, least, most] : {std::tuple(10u, 0u, 0u), std::tuple(300u, 1u, 1u),
                                              std::tuple(2000u, 1u, 2u), std::tuple(20000u, 2u, 5u)}) {
         const TreeObjects objects(Kind::uniform, count, 11);
-        tree.insert(std::span(objects.ids).subspan(done), View(std::span(objects.boxes).subspan(done)));
+        tree.put(std::span(objects.ids).subspan(done), View(std::span(objects.boxes).subspan(done)));
         done = count;
         EXPECT_EQ(tree.stats().depth, depth_below(tree.root())) << count;
         EXPECT_GE(tree.stats().depth, least) << count;
@@ -347,8 +347,8 @@ TEST_P(Following, IsAsGoodAsMovingOneByOne)
     const auto three = make_thread_executor(3);
     on_three.executor = three.get();
     Tree tree(options), same(on_three);
-    tree.insert(objects.ids, View(objects.boxes));
-    same.insert(objects.ids, View(objects.boxes));
+    tree.put(objects.ids, View(objects.boxes));
+    same.put(objects.ids, View(objects.boxes));
     const auto where = [&](std::span<const std::uint32_t> ids, Aabb3f* boxes) {
         for (std::size_t k = 0; k < ids.size(); ++k)
             boxes[k] = objects.boxes[ids[k]];
@@ -390,8 +390,8 @@ TEST_P(Following, IsAsGoodAsMovingOneByOne)
             ASSERT_FALSE(tree.contains(back[k]));
             objects.boxes[back[k]] = there[k];
         }
-        tree.insert(back, View(there));
-        same.insert(back, View(there));
+        tree.put(back, View(there));
+        same.put(back, View(there));
         ASSERT_EQ(tree.validate(), nullptr);
         for (const std::uint32_t id : objects.ids) {
             const Aabb3f found = tree.box(id), &box = objects.boxes[id];
@@ -410,13 +410,13 @@ TEST_P(Following, IsAsGoodAsMovingOneByOne)
             box.lo[d] += by;
             box.hi[d] += by;
         }
-    if (!tree.follow(where)) tree.insert(objects.ids, View(objects.boxes));
+    if (!tree.follow(where)) tree.put(objects.ids, View(objects.boxes));
     ASSERT_EQ(tree.validate(), nullptr);
     ASSERT_EQ(tree.size(), objects.ids.size());
     std::fill(objects.boxes.begin(), objects.boxes.end(), Aabb3f{{5, 5, 5}, {6, 6, 6}});
     if (!tree.follow(where)) {
         EXPECT_EQ(tree.size(), 0u);
-        tree.insert(objects.ids, View(objects.boxes));
+        tree.put(objects.ids, View(objects.boxes));
     }
     ASSERT_EQ(tree.validate(), nullptr);
     EXPECT_LE(objects.compare(tree), 1.3);
@@ -442,7 +442,7 @@ TEST(Order, OfInsertionDoesNotMatter)
             std::vector<Aabb3f> boxes;
             for (const std::uint32_t id : ids)
                 boxes.push_back(objects.boxes[id]);
-            tree.insert(ids, View(boxes));
+            tree.put(ids, View(boxes));
         }
         ASSERT_EQ(tree.validate(), nullptr);
         EXPECT_LE(objects.compare(tree), 1.07) << "batches of " << batch;
@@ -459,7 +459,7 @@ TEST(Moving, ManyIsBuildingAnew)
             for (std::uint32_t& id : objects.ids)
                 id = 3 * id + 1; // some ids are nobody's
             Tree tree{IndexOptions{}};
-            tree.insert(objects.ids, View(objects.boxes));
+            tree.put(objects.ids, View(objects.boxes));
             const IndexStats before = tree.stats();
             std::vector<std::uint32_t> ids, positions(3000);
             std::iota(positions.begin(), positions.end(), 0u);
@@ -471,7 +471,7 @@ TEST(Moving, ManyIsBuildingAnew)
                 boxes.push_back(random_box<3, float>(random, static_cast<Kind>(kind)));
                 objects.boxes[positions[k]] = boxes.back();
             }
-            tree.move(ids, View(boxes));
+            tree.put(ids, View(boxes));
             ASSERT_EQ(tree.validate(), nullptr);
             ASSERT_EQ(tree.size(), 3000u);
             EXPECT_EQ(tree.contains(0), false);
@@ -558,14 +558,14 @@ TEST(Memory, RunningOutLeavesTheTreeAsItWas)
             IndexOptions options;
             options.memory = &memory;
             Tree tree(options);
-            if (change != 0) tree.insert(objects.ids, View(objects.boxes));
+            if (change != 0) tree.put(objects.ids, View(objects.boxes));
             memory.failing_allocation = memory.allocations + allowed;
             bool failed = false;
             try {
-                if (change == 0) tree.insert(objects.ids, View(objects.boxes));
-                if (change == 1) tree.insert(new_ids, View(more.boxes));
-                if (change == 2) tree.move(many, View(many_to));
-                if (change == 3) tree.move(few, View(few_to));
+                if (change == 0) tree.put(objects.ids, View(objects.boxes));
+                if (change == 1) tree.put(new_ids, View(more.boxes));
+                if (change == 2) tree.put(many, View(many_to));
+                if (change == 3) tree.put(few, View(few_to));
                 if (change == 4) tree.build(new_ids, View(more.boxes));
             } catch (const std::bad_alloc&) {
                 failed = true;
@@ -606,7 +606,7 @@ TEST(Memory, RunningOutInTheMidstOfAMoveUndoesIt)
     };
     while (boxes.size() < ids.size())
         boxes.push_back(box_within(4));
-    tree.insert(ids, View(boxes));
+    tree.put(ids, View(boxes));
     std::uint64_t in_the_midst = 0;
     for (std::uint32_t round = 0; round < 120; ++round) {
         std::vector<std::uint32_t> moved;
@@ -622,7 +622,7 @@ TEST(Memory, RunningOutInTheMidstOfAMoveUndoesIt)
         for (std::uint64_t allowed = 0;; ++allowed) {
             memory.failing_allocation = memory.allocations + allowed;
             try {
-                tree.move(moved, View(to));
+                tree.put(moved, View(to));
                 break;
             } catch (const std::bad_alloc&) {
                 in_the_midst += allowed > 0 || round > 0; // the first makes room for the boxes before
@@ -681,7 +681,7 @@ TEST(Memory, ASteadyWorldTakesNoMore)
     options.memory = &memory;
     TreeObjects objects(Kind::uniform, 5000, 4);
     Tree tree(options);
-    tree.insert(objects.ids, View(objects.boxes));
+    tree.put(objects.ids, View(objects.boxes));
     Random random(1);
     std::uint64_t after_warm_up = 0;
     for (int round = 0; round < 300; ++round) {
@@ -693,7 +693,7 @@ TEST(Memory, ASteadyWorldTakesNoMore)
             boxes.push_back(random_box<3, float>(random, Kind::uniform));
         }
         tree.erase(ids);
-        tree.insert(ids, View(boxes));
+        tree.put(ids, View(boxes));
     }
     EXPECT_LE(memory.bytes, after_warm_up + after_warm_up / 20);
 }

@@ -15,7 +15,7 @@ std::uint32_t new_page(Parts<Dim, T>& parts, const Key<Dim>& key) noexcept
     Page<Dim, T>& page = parts.pages[number];
     page.leaves = page.count = page.disorder = 0;
     page.changed = 0;
-    page.listed = page.drifted = false;
+    page.listed = page.drifted = page.was_split = false;
     page.used = true;
     page.spread = 0;
     page.parent = page.wide = none;
@@ -99,15 +99,13 @@ void put(Parts<Dim, T>& parts, std::uint32_t number, std::uint32_t id, const Aab
     }
     ++page.count;
     ++page.disorder;
-    parts.page_of[id] = number;
     ++parts.size;
     list(parts, number);
 }
 
 template <int Dim, class T>
-void remove_one(Parts<Dim, T>& parts, std::uint32_t id) noexcept
+void remove_one(Parts<Dim, T>& parts, std::uint32_t number, std::uint32_t id) noexcept
 {
-    const std::uint32_t number = parts.page_of[id];
     Page<Dim, T>& page = parts.pages[number];
     const Place place = find(parts, number, id);
     Leaf<Dim, T>& leaf = parts.leaves[page.leaf[place.leaf]];
@@ -117,7 +115,6 @@ void remove_one(Parts<Dim, T>& parts, std::uint32_t id) noexcept
     page.changed = static_cast<std::uint16_t>(page.changed | (1u << place.leaf));
     --page.count;
     ++page.disorder;
-    parts.page_of[id] = none;
     --parts.size;
     list(parts, number);
 }
@@ -179,7 +176,7 @@ void arrange(Parts<Dim, T>& parts, std::uint32_t number, const Gathered<Dim, T>&
     template void list(Parts<Dim, T>& parts, std::uint32_t number) noexcept;                                 \
     template void put(Parts<Dim, T>& parts, std::uint32_t number, std::uint32_t id,                          \
                       const Aabb<Dim, T>& box) noexcept;                                                     \
-    template void remove_one(Parts<Dim, T>& parts, std::uint32_t id) noexcept;                               \
+    template void remove_one(Parts<Dim, T>& parts, std::uint32_t number, std::uint32_t id) noexcept;         \
     template void gather(const Parts<Dim, T>& parts, std::uint32_t number,                                   \
                          Gathered<Dim, T>& objects) noexcept;                                                \
     template T spread_of(const Page<Dim, T>& page) noexcept;                                                 \

@@ -41,13 +41,13 @@ Place find(const Parts<Dim, T>& parts, std::uint32_t number, std::uint32_t id) n
 template <int Dim, class T>
 void list(Parts<Dim, T>& parts, std::uint32_t number) noexcept;
 
-/// Adds an object to a page that has room for it, and for a leaf if it needs one.
+/// Adds an object to a page that has room for it, and for a leaf if it needs one. `page_of` is the caller's.
 template <int Dim, class T>
 void put(Parts<Dim, T>& parts, std::uint32_t number, std::uint32_t id, const Aabb<Dim, T>& box) noexcept;
 
-/// Takes an object out; its lane stays empty until another takes it.
+/// Takes an object out of its page; its lane stays empty until another takes it.
 template <int Dim, class T>
-void remove_one(Parts<Dim, T>& parts, std::uint32_t id) noexcept;
+void remove_one(Parts<Dim, T>& parts, std::uint32_t number, std::uint32_t id) noexcept;
 
 /// Appends the objects of a page to `objects`.
 template <int Dim, class T>

@@ -33,6 +33,7 @@ struct Page
     std::uint32_t disorder;       // objects that came or went since it was put in order
     std::uint16_t changed;        // leaves whose bounds must be found anew
     bool listed, used;            // in the list of pages to be finished; not given back
+    bool was_split;               // by the change under way
     bool drifted;                 // its leaves have become much bigger since it was put in order
     T spread;                     // how big its leaves were then: their edges together
     std::uint32_t parent;         // in the trie
@@ -101,7 +102,6 @@ struct Parts
         std::swap(size, other.size);
         std::swap(sorts, other.sorts);
         std::swap(splits, other.splits);
-        std::swap(splits_before, other.splits_before);
     }
 
     [[nodiscard]] std::uint64_t bytes() const noexcept
@@ -126,7 +126,6 @@ struct Parts
     std::size_t size = 0;
     bool most_come_back = false; // who leaves, to about where it was: order is kept longer
     std::uint64_t sorts = 0, splits = 0;
-    std::uint64_t splits_before = 0; // when the change that is under way began
 };
 
 } // namespace index

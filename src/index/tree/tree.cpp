@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <bit>
 #include <limits>
+#include <numeric>
+#include <utility>
 
 #include "base/box.hpp"
 #include "base/prefetch.hpp"
@@ -49,8 +51,10 @@ void finish_page(Parts<Dim, T>& parts, std::uint32_t number) noexcept
         remove_page(parts, number);
         return;
     }
-    if (page.count < merge_below) {
-        if (merge(parts, number)) {
+    // Those who arrive come before those who leave: what was split for that may fit into one page again.
+    const bool was_split = std::exchange(page.was_split, false);
+    if (page.count < merge_below || was_split) {
+        if (merge(parts, number, was_split ? page_capacity : merge_below)) {
             Page<Dim, T>& merged = parts.pages[number];
             refit(parts, merged.wide, merged.lane, Child<Dim, T>(&merged.node), merged.hull);
             if (merged.parent == none) show_root(parts);
@@ -227,6 +231,19 @@ void find_least(Child<Dim, T> group, int axis, bool upper, FunctionRef<bool(std:
     }
 }
 
+/// Gives an object another box with which it stays in its page.
+template <int Dim, class T>
+void replace_box(Parts<Dim, T>& parts, std::uint32_t id, const Aabb<Dim, T>& box) noexcept
+{
+    const std::uint32_t number = parts.page_of[id];
+    Page<Dim, T>& page = parts.pages[number];
+    const Place place = find(parts, number, id);
+    parts.leaves[page.leaf[place.leaf]].bounds.set(place.lane, box);
+    page.changed = static_cast<std::uint16_t>(page.changed | (1u << place.leaf));
+    if (!inside(box, page.node.bounds.get(place.leaf))) ++page.disorder;
+    list(parts, number);
+}
+
 /// Takes all objects out, and keeps the memory.
 template <int Dim, class T>
 void empty(Parts<Dim, T>& parts) noexcept
@@ -262,7 +279,8 @@ Tree<Dim, T>::Tree(const IndexOptions& options)
       replaced_(options),
       build_memory_(options.memory),
       leaving_(options.memory),
-      before_(options.memory),
+      arrivals_(options.memory),
+      staying_(options.memory),
       queues_(options.memory),
       closest_work_(options.memory)
 {
@@ -284,108 +302,106 @@ void Tree<Dim, T>::build(std::span<const std::uint32_t> ids, const View& boxes)
 }
 
 template <int Dim, class T>
-void Tree<Dim, T>::insert(std::span<const std::uint32_t> ids, const View& boxes)
+void Tree<Dim, T>::put(std::span<const std::uint32_t> ids, const View& boxes)
 {
     if (ids.empty()) return;
+    if (parts_.size == 0) return build_first(ids, boxes);
     const std::size_t end_before = parts_.page_of.size();
-    const std::size_t end =
-        std::max<std::size_t>(end_before, std::size_t{*std::max_element(ids.begin(), ids.end())} + 1);
-    std::size_t done = 0;
+    make_room_for(*std::max_element(ids.begin(), ids.end()));
+    if (ids.size() > page_capacity && ids.size() * builds_of_a_move >= parts_.size &&
+        std::all_of(ids.begin(), ids.end(), [this](std::uint32_t id) { return contains(id); })) {
+        build_moved(ids, boxes);
+        return;
+    }
+    arrivals_.clear();
     try {
-        // Half as many again for ids that come one by one, nothing extra for one far beyond.
-        if (parts_.page_of.capacity() < end)
-            parts_.page_of.reserve(std::max(end, end_before + end_before / 2));
-        parts_.page_of.resize(end, none);
-        if (parts_.size == 0) {
-            const bool again = parts_.pages.bytes() != 0;
-            try {
-                index::build(parts_, ids, boxes, build_memory_);
-            } catch (...) {
-                clear();
-                throw;
-            }
-            if (!again) build_memory_.release();
-            return;
-        }
-        parts_.splits_before = parts_.splits;
-        for (; done < ids.size(); ++done) {
-            const Aabb<Dim, T> box = boxes[done];
-            put(parts_, make_room(parts_, key_of(parts_.frame, box, ids[done])), ids[done], box);
-        }
+        plan(ids, boxes);
     } catch (...) {
-        while (done > 0)
-            remove_one(parts_, ids[--done]);
+        for (const Arrival& each : arrivals_)
+            remove_one(parts_, descend(parts_, each.key), ids[each.i]);
         finish(parts_);
         parts_.page_of.resize(end_before, none);
         throw;
     }
+    // Nothing fails from here on.
+    for (const Arrival& each : arrivals_) {
+        std::uint32_t& page = parts_.page_of[ids[each.i]];
+        if (page != none) remove_one(parts_, page, ids[each.i]);
+        page = descend(parts_, each.key);
+    }
+    constexpr std::size_t ahead = 4; // of who is looked for among all who share a page with it
+    for (std::size_t k = 0; k < staying_.size(); ++k) {
+        if (k + ahead < staying_.size()) {
+            const Page<Dim, T>& page = parts_.pages[parts_.page_of[ids[staying_[k + ahead]]]];
+            for (std::uint32_t b = 0; b < page.leaves; ++b)
+                prefetch(parts_.leaves[page.leaf[b]].id);
+        }
+        replace_box(parts_, ids[staying_[k]], boxes[staying_[k]]);
+    }
     finish(parts_);
+}
+
+template <int Dim, class T>
+void Tree<Dim, T>::build_first(std::span<const std::uint32_t> ids, const View& boxes)
+{
+    const bool again = parts_.pages.bytes() != 0;
+    const std::size_t end_before = parts_.page_of.size();
+    try {
+        make_room_for(*std::max_element(ids.begin(), ids.end()));
+        index::build(parts_, ids, boxes, build_memory_);
+    } catch (...) {
+        clear();
+        parts_.page_of.resize(end_before, none);
+        throw;
+    }
+    if (!again) build_memory_.release();
+}
+
+template <int Dim, class T>
+void Tree<Dim, T>::make_room_for(std::uint32_t id)
+{
+    // Half as many again for ids that come one by one, nothing extra for one far beyond.
+    const std::size_t before = parts_.page_of.size(), end = std::max(before, std::size_t{id} + 1);
+    if (parts_.page_of.capacity() < end) parts_.page_of.reserve(std::max(end, before + before / 2));
+    parts_.page_of.resize(end, none);
+}
+
+template <int Dim, class T>
+void Tree<Dim, T>::plan(std::span<const std::uint32_t> ids, const View& boxes)
+{
+    arrivals_.reserve(ids.size());
+    staying_.resize(ids.size());
+    std::iota(staying_.begin(), staying_.end(), 0u);
+    std::uint64_t splits;
+    do {
+        splits = parts_.splits;
+        std::size_t stay = 0;
+        for (std::size_t k = 0; k < staying_.size(); ++k) {
+            constexpr std::size_t ahead = 8;
+            if (k + ahead < staying_.size()) {
+                const std::uint32_t page = parts_.page_of[ids[staying_[k + ahead]]];
+                if (page != none) prefetch(&parts_.pages[page].parent);
+            }
+            const std::uint32_t i = staying_[k], from = parts_.page_of[ids[i]];
+            const Aabb<Dim, T> box = boxes[i];
+            const Key<Dim> key = key_of(parts_.frame, box, ids[i]);
+            if (from != none && is_in(parts_, parts_.pages[from], key)) {
+                staying_[stay++] = i;
+                continue;
+            }
+            index::put(parts_, make_room(parts_, key), ids[i], box);
+            arrivals_.push_back({i, key});
+        }
+        staying_.resize(stay);
+    } while (parts_.splits != splits && !staying_.empty()); // a page that is split has less space
 }
 
 template <int Dim, class T>
 void Tree<Dim, T>::erase(std::span<const std::uint32_t> ids) noexcept
 {
-    for (const std::uint32_t id : ids)
-        remove_one(parts_, id);
-    finish(parts_);
-}
-
-template <int Dim, class T>
-void Tree<Dim, T>::move(std::span<const std::uint32_t> ids, const View& boxes)
-{
-    if (ids.size() > page_capacity && ids.size() * builds_of_a_move >= parts_.size) {
-        build_moved(ids, boxes);
-        return;
-    }
-    before_.clear();
-    before_.reserve(ids.size());
-    parts_.splits_before = parts_.splits;
-    const auto set = [&](std::uint32_t number, Place place, const Aabb<Dim, T>& box) {
-        Page<Dim, T>& page = parts_.pages[number];
-        parts_.leaves[page.leaf[place.leaf]].bounds.set(place.lane, box);
-        page.changed = static_cast<std::uint16_t>(page.changed | (1u << place.leaf));
-        if (!inside(box, page.node.bounds.get(place.leaf))) ++page.disorder;
-        list(parts_, number);
-    };
-    try {
-        constexpr std::size_t ahead = 4; // of who is looked for among all who share a page with it
-        for (std::size_t i = 0; i < ids.size(); ++i) {
-            if (i + 2 * ahead < ids.size()) prefetch(&parts_.pages[parts_.page_of[ids[i + 2 * ahead]]]);
-            if (i + ahead < ids.size()) {
-                const Page<Dim, T>& page = parts_.pages[parts_.page_of[ids[i + ahead]]];
-                for (std::uint32_t b = 0; b < page.leaves; ++b)
-                    prefetch(parts_.leaves[page.leaf[b]].id);
-            }
-            const std::uint32_t id = ids[i];
-            const Aabb<Dim, T> box = boxes[i];
-            const Key<Dim> key = key_of(parts_.frame, box, id);
-            const std::uint32_t from = parts_.page_of[id];
-            const Place place = find(parts_, from, id);
-            const Page<Dim, T>& page = parts_.pages[from];
-            before_.push_back(parts_.leaves[page.leaf[place.leaf]].bounds.get(place.lane));
-            if (page.parent == none || first_difference(key, page.key) > parts_.forks[page.parent].level) {
-                set(from, place, box);
-                continue;
-            }
-            const std::uint32_t to = make_room(parts_, key);
-            remove_one(parts_, id);
-            put(parts_, to, id, box);
-        }
-    } catch (...) {
-        // Backwards, so that whatever was pushed out finds its place free again. Pages only got smaller,
-        // none was given back, and make_room keeps a leaf for each split.
-        if (!before_.empty()) before_.pop_back();
-        for (std::size_t i = before_.size(); i-- > 0;) {
-            const std::uint32_t id = ids[i], to = descend(parts_, key_of(parts_.frame, before_[i], id));
-            if (to == parts_.page_of[id]) {
-                set(to, find(parts_, to, id), before_[i]);
-            } else {
-                remove_one(parts_, id);
-                put(parts_, to, id, before_[i]);
-            }
-        }
-        finish(parts_);
-        throw;
+    for (const std::uint32_t id : ids) {
+        remove_one(parts_, parts_.page_of[id], id);
+        parts_.page_of[id] = none;
     }
     finish(parts_);
 }
@@ -421,7 +437,6 @@ bool Tree<Dim, T>::follow(const Where& where)
 {
     if (parts_.root == none) return false;
     try {
-        parts_.splits_before = parts_.splits;
         list_below(parts_, parts_.root);
         const ProcessOptions few_pages{parts_.executor, 8};
         const auto each_page = [&](const auto& body) {
@@ -449,9 +464,11 @@ bool Tree<Dim, T>::follow(const Where& where)
             gather(parts_, number, objects);
             arrange(parts_, number, objects);
         });
-        for (const Record<Dim, T>& record : leaving_)
-            put(parts_, make_room(parts_, key_of(parts_.frame, record.box, record.id)), record.id,
-                record.box);
+        for (const Record<Dim, T>& record : leaving_) {
+            const std::uint32_t page = make_room(parts_, key_of(parts_.frame, record.box, record.id));
+            index::put(parts_, page, record.id, record.box);
+            parts_.page_of[record.id] = page;
+        }
         for (const std::uint32_t number : parts_.listed) {
             // Who came in was put where it makes the leaves grow least; the next call sees whether that will
             // do.
@@ -491,8 +508,10 @@ void Tree<Dim, T>::release_memory() noexcept
     release(parts_);
     leaving_.clear();
     leaving_.shrink_to_fit();
-    before_.clear();
-    before_.shrink_to_fit();
+    arrivals_.clear();
+    arrivals_.shrink_to_fit();
+    staying_.clear();
+    staying_.shrink_to_fit();
 }
 
 template <int Dim, class T>
@@ -528,8 +547,8 @@ IndexStats Tree<Dim, T>::stats() const noexcept
     stats.sorts = parts_.sorts;
     stats.splits = parts_.splits;
     stats.bytes = parts_.bytes() + replaced_.bytes() + build_memory_.bytes() +
-                  leaving_.capacity() * sizeof(Record<Dim, T>) + before_.capacity() * sizeof(Box) +
-                  queues_.bytes() + closest_work_.bytes();
+                  leaving_.capacity() * sizeof(Record<Dim, T>) + arrivals_.capacity() * sizeof(Arrival) +
+                  staying_.capacity() * sizeof(std::uint32_t) + queues_.bytes() + closest_work_.bytes();
     return stats;
 }
 

@@ -32,9 +32,9 @@ class Tree
     // The arguments have been checked. Each leaves the tree as before if it throws.
     /// Replaces all that is in it. Without ids, objects are known by the boxes' positions.
     void build(std::span<const std::uint32_t> ids, const View& boxes);
-    void insert(std::span<const std::uint32_t> ids, const View& boxes);
+    /// Each of these has its box afterwards, whether it was in the tree or not.
+    void put(std::span<const std::uint32_t> ids, const View& boxes);
     void erase(std::span<const std::uint32_t> ids) noexcept;
-    void move(std::span<const std::uint32_t> ids, const View& boxes);
     /// Fills in where objects are now, 256 at most at a time; called by several threads. A NaN as lo[0] says
     /// that an object is gone.
     using Where = FunctionRef<void(std::span<const std::uint32_t> ids, Box* boxes)>;
@@ -71,6 +71,17 @@ class Tree
     [[nodiscard]] const char* validate() const;
 
   private:
+    /// An object that comes, or belongs to another page than before.
+    struct Arrival
+    {
+        std::uint32_t i; // in the call's order
+        Key<Dim> key;
+    };
+    /// All that can fail when objects are put somewhere. Those that arrive are in their pages afterwards, and,
+    /// if they were there before, in their old ones, too, of which `page_of` tells until they leave.
+    void plan(std::span<const std::uint32_t> ids, const View& boxes);
+    void build_first(std::span<const std::uint32_t> ids, const View& boxes);
+    void make_room_for(std::uint32_t id);
     /// Moves objects by building everything anew.
     void build_moved(std::span<const std::uint32_t> ids, const View& boxes);
 
@@ -78,7 +89,8 @@ class Tree
     Parts<Dim, T> replaced_; // by the last rebuild; memory for the next one
     BuildMemory build_memory_;
     std::pmr::vector<Record<Dim, T>> leaving_; // working memory of follow
-    std::pmr::vector<Box> before_;             // working memory of move
+    std::pmr::vector<Arrival> arrivals_;       // working memory of put
+    std::pmr::vector<std::uint32_t> staying_;  // and who stays in its page
     mutable QueueShelf<Dim, T> queues_;
     mutable Shelf<ClosestWork<Dim, T>> closest_work_;
 };

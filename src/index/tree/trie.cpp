@@ -74,7 +74,11 @@ void split(Parts<Dim, T>& parts, std::uint32_t number) noexcept
     arrange(parts, fresh, go);
     parts.sorts += 2;
     for (std::uint32_t k = 0; k < go.count; ++k)
-        parts.page_of[go.id[k]] = fresh;
+        if (parts.page_of[go.id[k]] == number) parts.page_of[go.id[k]] = fresh; // else it only arrives here
+    for (const std::uint32_t half : {number, fresh}) {
+        parts.pages[half].was_split = true;
+        list(parts, half);
+    }
     ++parts.splits;
     add_fork(parts, parts.pages[number].parent, number | page_bit, level, 1, fresh, keys[0]);
 }
@@ -103,8 +107,7 @@ std::uint32_t make_room(Parts<Dim, T>& parts, const Key<Dim>& key)
                  fork = parts.forks[fork].parent)
                 ++way;
         // Everything below can't fail.
-        const std::size_t undo = parts.splits - parts.splits_before;
-        parts.leaves.reserve(2 * lanes + 2 + undo);
+        parts.leaves.reserve(2 * lanes + 2);
         parts.forks.reserve(1);
         parts.wides.reserve(2 * way + 4);
         reserve_page(parts);
@@ -115,12 +118,12 @@ std::uint32_t make_room(Parts<Dim, T>& parts, const Key<Dim>& key)
             return fresh;
         }
         Page<Dim, T>& page = parts.pages[number];
-        const int level = first_difference(key, page.key);
-        if (page.parent == none || level > parts.forks[page.parent].level) {
+        if (is_in(parts, page, key)) {
             if (page.count < page_capacity) return number;
             split(parts, number);
             continue;
         }
+        const int level = first_difference(key, page.key);
         // It lies outside of the space that the page stands for: a new side of some fork above.
         std::uint32_t below = page.parent;
         while (parts.forks[below].parent != none && parts.forks[parts.forks[below].parent].level > level)
@@ -151,7 +154,7 @@ void remove_page(Parts<Dim, T>& parts, std::uint32_t number) noexcept
 }
 
 template <int Dim, class T>
-bool merge(Parts<Dim, T>& parts, std::uint32_t number) noexcept
+bool merge(Parts<Dim, T>& parts, std::uint32_t number, std::uint32_t most) noexcept
 {
     const std::uint32_t parent = parts.pages[number].parent;
     if (parent == none) return false;
@@ -159,7 +162,7 @@ bool merge(Parts<Dim, T>& parts, std::uint32_t number) noexcept
     const Ref sibling = fork.child[fork.child[0] == (number | page_bit) ? 1 : 0];
     if (!(sibling & page_bit)) return false;
     const std::uint32_t other = sibling & ~page_bit;
-    if (parts.pages[number].count + parts.pages[other].count > merge_below) return false;
+    if (parts.pages[number].count + parts.pages[other].count > most) return false;
     Gathered<Dim, T> objects;
     gather(parts, number, objects);
     const std::uint32_t own = objects.count;
@@ -181,7 +184,7 @@ bool merge(Parts<Dim, T>& parts, std::uint32_t number) noexcept
     template std::uint32_t descend(const Parts<Dim, T>& parts, const Key<Dim>& key) noexcept;                \
     template std::uint32_t make_room(Parts<Dim, T>& parts, const Key<Dim>& key);                             \
     template void remove_page(Parts<Dim, T>& parts, std::uint32_t number) noexcept;                          \
-    template bool merge(Parts<Dim, T>& parts, std::uint32_t number) noexcept;
+    template bool merge(Parts<Dim, T>& parts, std::uint32_t number, std::uint32_t most) noexcept;
 JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 

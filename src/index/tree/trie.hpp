@@ -14,6 +14,13 @@ namespace index {
 /// Pages with no more objects together become one.
 inline constexpr std::uint32_t merge_below = 144;
 
+/// Whether a key lies in the space that a page stands for.
+template <int Dim, class T>
+bool is_in(const Parts<Dim, T>& parts, const Page<Dim, T>& page, const Key<Dim>& key) noexcept
+{
+    return page.parent == none || first_difference(key, page.key) > parts.forks[page.parent].level;
+}
+
 /// The page that a key leads to.
 template <int Dim, class T>
 std::uint32_t descend(const Parts<Dim, T>& parts, const Key<Dim>& key) noexcept;
@@ -26,9 +33,9 @@ std::uint32_t make_room(Parts<Dim, T>& parts, const Key<Dim>& key);
 template <int Dim, class T>
 void remove_page(Parts<Dim, T>& parts, std::uint32_t number) noexcept;
 
-/// Joins a page with the one beside it if both together are small.
+/// Joins a page with the one beside it if both together have no more objects than `most`.
 template <int Dim, class T>
-bool merge(Parts<Dim, T>& parts, std::uint32_t number) noexcept;
+bool merge(Parts<Dim, T>& parts, std::uint32_t number, std::uint32_t most) noexcept;
 
 } // namespace index
 JOSTLE_NAMESPACE_END

@@ -33,14 +33,16 @@ void FollowingIndex<Dim, T>::follow_moved(const Where& where)
     std::sort(moved_.begin(), moved_.end());
     moved_.erase(std::unique(moved_.begin(), moved_.end()), moved_.end());
     for (const std::uint32_t i : moved_) {
-        if (index_.contains(i)) gone_.push_back(i);
         const Aabb<Dim, T>* const now = where(Index{i});
-        if (now == nullptr) continue;
-        come_.push_back(i);
-        boxes_.push_back(*now);
+        if (now != nullptr) {
+            come_.push_back(i);
+            boxes_.push_back(*now);
+        } else if (index_.contains(i)) {
+            gone_.push_back(i);
+        }
     }
     BoxIndexAccess::tree(index_).erase(gone_);
-    if (!come_.empty()) BoxIndexAccess::tree(index_).insert(come_, boxes_);
+    BoxIndexAccess::tree(index_).put(come_, boxes_);
 }
 
 template <int Dim, class T>
@@ -71,7 +73,7 @@ void FollowingIndex<Dim, T>::follow_all(const Where& where, const Each& each)
         boxes_.push_back(*now);
     });
     if (any_here)
-        BoxIndexAccess::tree(index_).insert(come_, boxes_);
+        BoxIndexAccess::tree(index_).put(come_, boxes_);
     else
         BoxIndexAccess::rebuild(index_, come_, boxes_);
 }

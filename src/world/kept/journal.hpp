@@ -64,10 +64,8 @@ class Journal
               refused(memory),
               come(memory),
               gone(memory),
-              moved(memory),
               changed(memory),
-              come_boxes(memory),
-              moved_boxes(memory)
+              come_boxes(memory)
         {
         }
         std::pmr::vector<std::uint32_t> fresh, indices;
@@ -77,9 +75,9 @@ class Journal
         std::pmr::vector<Target> read, targets;
         std::pmr::vector<bool> is_free;
         std::pmr::vector<std::pair<Key, bool>> refused;
-        std::pmr::vector<std::uint32_t> come, gone, moved;
+        std::pmr::vector<std::uint32_t> come, gone;
         std::pmr::vector<Index> changed;
-        std::pmr::vector<Aabb<Dim, T>> come_boxes, moved_boxes;
+        std::pmr::vector<Aabb<Dim, T>> come_boxes;
     } work;
 
     /// A new base; nothing differs from it.

@@ -44,10 +44,16 @@ class KeySet
     bool insert(Key key)
     {
         if (contains(key)) return false;
-        if (2 * (size_ + 1) > table_.size()) grow();
+        reserve(1);
         table_[place_of(key)] = key;
         ++size_;
         return true;
+    }
+    /// Room for so many more.
+    void reserve(std::size_t more)
+    {
+        while (2 * (size_ + more) > table_.size())
+            grow();
     }
     void erase(Key key) noexcept
     {

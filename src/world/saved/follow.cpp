@@ -70,7 +70,7 @@ class Follow
         state_.ids.set_end(end);
         list_active();
         BoxIndexAccess::tree(state_.resting).erase(work_.gone);
-        if (!work_.come.empty()) BoxIndexAccess::tree(state_.resting).insert(work_.come, work_.come_boxes);
+        BoxIndexAccess::tree(state_.resting).put(work_.come, work_.come_boxes);
         if (!state_.refused.empty() || !of_.refused.empty()) state_.refused = of_.refused;
         if (of_.shown != nullptr)
             state_.refused.erase_if([&](Key key) { return !is_shown_refused(of_, pair_of(key)); });
@@ -92,10 +92,11 @@ class Follow
         if (same_record(then, now)) return;
         if (now.has(flag::has_reach)) state_.objects.make_room_for_reach(Index{i});
         work_.changed.push_back(Index{i});
-        if (then.place() == Place::resting) work_.gone.push_back(i);
         if (now.place() == Place::resting) {
             work_.come.push_back(i);
             work_.come_boxes.push_back(now.box);
+        } else if (then.place() == Place::resting) {
+            work_.gone.push_back(i);
         }
         Census census{state_.alive, state_.disabled, 0};
         census.remove(then);

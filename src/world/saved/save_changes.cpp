@@ -127,7 +127,6 @@ class Return
     void read_lists();
     void read_refused();
     void list_targets();
-    void put_ahead();
     [[nodiscard]] const Target* find(std::uint32_t index) const noexcept
     {
         const auto at = std::partition_point(work_.targets.begin(), work_.targets.end(),
@@ -281,15 +280,17 @@ void Return<Dim, T>::make_room()
     state_.parked.reserve(work_.parked.size());
     state_.shifted.reserve(work_.shifted.size());
     list_targets();
-    put_ahead();
+    state_.refused.reserve(work_.refused.size());
+    // The last that may fail; if it does, nothing has changed.
+    BoxIndexAccess::tree(state_.resting).put(work_.come, work_.come_boxes);
 }
 
 /// Has the journal note what objects are now, and lists those that come to rest, wake up or rest elsewhere.
 template <int Dim, class T>
 void Return<Dim, T>::list_targets()
 {
-    work_.come.clear(), work_.gone.clear(), work_.moved.clear(), work_.changed.clear();
-    work_.come_boxes.clear(), work_.moved_boxes.clear(), work_.indices.clear();
+    work_.come.clear(), work_.gone.clear(), work_.changed.clear();
+    work_.come_boxes.clear(), work_.indices.clear();
     for (const Target& each : work_.targets) {
         const std::uint32_t index = raw(each.index);
         const auto object = state_.objects[each.index];
@@ -303,13 +304,9 @@ void Return<Dim, T>::list_targets()
         const bool rested = object.place() == Place::resting;
         const bool will_rest = each.record.place() == Place::resting;
         if (rested && !will_rest) work_.gone.push_back(index);
-        if (!rested && will_rest) {
+        if (will_rest && !(rested && same(object.now(), each.record.box))) {
             work_.come.push_back(index);
             work_.come_boxes.push_back(each.record.box);
-        }
-        if (rested && will_rest && !same(object.now(), each.record.box)) {
-            work_.moved.push_back(index);
-            work_.moved_boxes.push_back(each.record.box);
         }
     }
     for (const auto& [key, is_refused] : work_.refused) {
@@ -317,36 +314,6 @@ void Return<Dim, T>::list_targets()
         const Key one[] = {key};
         journal_.note_refused(std::span(one).first(is_now ? 0 : 1), std::span(one).first(is_now ? 1 : 0));
     }
-}
-
-/// What is refused then and isn't now, and what rests then and doesn't now, is so from here on, unless
-/// anything fails.
-template <int Dim, class T>
-void Return<Dim, T>::put_ahead()
-{
-    struct Added
-    {
-        State<Dim, T>& state;
-        std::pmr::vector<Key>& keys;
-        std::span<const std::uint32_t> come;
-        ~Added()
-        {
-            for (const Key key : keys)
-                state.refused.erase(key);
-            if (!come.empty()) BoxIndexAccess::tree(state.resting).erase(come);
-        }
-    } added{state_, work_.keys, {}};
-    work_.keys.clear();
-    work_.keys.reserve(work_.refused.size());
-    for (const auto& [key, is_refused] : work_.refused)
-        if (is_refused && state_.refused.insert(key)) work_.keys.push_back(key);
-    if (!work_.come.empty()) {
-        BoxIndexAccess::tree(state_.resting).insert(work_.come, work_.come_boxes);
-        added.come = work_.come;
-    }
-    if (!work_.moved.empty()) state_.resting.move(work_.moved, work_.moved_boxes);
-    work_.keys.clear();
-    added.come = {};
 }
 
 template <int Dim, class T>
@@ -377,7 +344,10 @@ void Return<Dim, T>::commit() noexcept
     state_.parked.clear();
     put_active(state_, work_.active, work_.parked, work_.shifted);
     for (const auto& [key, is_refused] : work_.refused) {
-        if (!is_refused) state_.refused.erase(key); // the others are there
+        if (is_refused)
+            state_.refused.insert(key); // there is room
+        else
+            state_.refused.erase(key);
         const Key one[] = {key};
         journal_.forget_refused(one, state_.refused);
     }

@@ -448,6 +448,7 @@ Refusals judge(State<Dim, T>& state, const Changes<Dim, T>& changes, const Entri
             const ObjectPair pair = ids_of(state, ended[k].key);
             next.ended[k] = {pair.a, pair.b, ended[k].reason};
         });
+    refusals.make_room();
     return refusals;
 }
 

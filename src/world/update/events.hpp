@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <memory_resource>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "world/objects/pair_lists.hpp"
@@ -16,48 +15,37 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// The pairs that `accept` now refuses, and those that it no longer refuses. Unless they are kept, the
-/// destructor restores the refused pairs of before.
+/// The pairs that `accept` now refuses, and those that it no longer refuses.
 class Refusals
 {
   public:
     Refusals(KeySet& refused, Arena& arena)
-        : refused_(&refused),
+        : refused_(refused),
           added_(arena.list<Key>("pairs that are refused now")),
           removed_(arena.list<Key>("pairs that are no longer refused"))
     {
     }
-    Refusals(Refusals&& other) noexcept
-        : refused_(std::exchange(other.refused_, nullptr)), added_(other.added_), removed_(other.removed_)
-    {
-    }
-    Refusals& operator=(Refusals&&) = delete;
-    ~Refusals()
-    {
-        if (refused_ == nullptr) return;
-        for (const Key key : added_)
-            refused_->erase(key);
-    }
-    [[nodiscard]] bool has(Key key) const noexcept { return refused_->contains(key); }
-    /// At once: nothing can fail later.
+    /// Before.
+    [[nodiscard]] bool has(Key key) const noexcept { return refused_.contains(key); }
     void add(Key key)
     {
-        added_.push_back(key);
-        if (!refused_->insert(key)) added_.pop_back();
+        if (!has(key)) added_.push_back(key);
     }
+    void remove(Key key) { removed_.push_back(key); }
     [[nodiscard]] std::span<const Key> added() const noexcept { return added_; }
     [[nodiscard]] std::span<const Key> removed() const noexcept { return removed_; }
-    /// When they are kept.
-    void remove(Key key) { removed_.push_back(key); }
-    void keep() noexcept
+    /// So that commit() can't fail.
+    void make_room() { refused_.reserve(added_.size()); }
+    void commit() noexcept
     {
+        for (const Key key : added_)
+            refused_.insert(key);
         for (const Key key : removed_)
-            refused_->erase(key);
-        refused_ = nullptr;
+            refused_.erase(key);
     }
 
   private:
-    KeySet* refused_;
+    KeySet& refused_;
     std::pmr::vector<Key>& added_;
     std::pmr::vector<Key>& removed_;
 };

@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "base/instantiate.hpp"
-#include "index/box_index_access.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
@@ -88,51 +87,38 @@ Rest<Dim, T> plan_rest(State<Dim, T>& state, const Changes<Dim, T>& changes, con
     const std::span<const Index> changed(changes.objects());
     Rest<Dim, T> rest = {entries.all_of_active,
                          arena.list<typename State<Dim, T>::Active>("objects that will be active"),
-                         arena.list<std::uint32_t>("objects that come to rest"),
                          {},
-                         entries.shifting,
-                         arena.list<Aabb<Dim, T>>("boxes of objects that come to rest or shift")};
+                         arena.list<std::uint32_t>("objects that come to rest or shift"),
+                         arena.list<Aabb<Dim, T>>("boxes of these"),
+                         {},
+                         {}};
     auto& waited = arena.list<Index>("objects that have been idle for long enough");
     std::size_t most = most_settling(changed.size(), state.parked.size());
     // New ones come on top: not many more than had been added in the update before, which took longer.
     if (!rest.same_active) most += choose(state, entries, changed, rest.active, waited);
     // Who has waited longest comes to rest first.
+    auto& put = rest.indices;
     state.parked.each([&](Index index) {
-        if (!state.objects[index].has(flag::written)) rest.settling.push_back(raw(index));
-        return rest.settling.size() < most;
+        if (!state.objects[index].has(flag::written)) put.push_back(raw(index));
+        return put.size() < most;
     });
-    const std::size_t at_once = std::min(waited.size(), most - std::min(most, rest.settling.size()));
+    const std::size_t at_once = std::min(waited.size(), most - std::min(most, put.size()));
     for (std::size_t k = 0; k < at_once; ++k)
-        rest.settling.push_back(raw(waited[k]));
+        put.push_back(raw(waited[k]));
     rest.parking = std::span<const Index>(waited).subspan(at_once);
     state.parked.reserve(rest.parking.size());
-    for (const std::uint32_t index : rest.settling)
-        rest.boxes.push_back(state.objects[Index{index}].now());
-    for (const std::uint32_t index : rest.shifting)
+    const std::size_t settling = put.size();
+    put.insert(put.end(), entries.shifting.begin(), entries.shifting.end());
+    rest.settling = std::span<const std::uint32_t>(put).first(settling);
+    rest.shifting = std::span<const std::uint32_t>(put).subspan(settling);
+    for (const std::uint32_t index : put)
         rest.boxes.push_back(state.objects[Index{index}].now());
     reserve_more(state.shifted, rest.shifting.size());
     neighbour_lists.invalidate(rest.boxes, changed.size(), finder, arena);
     return rest;
 }
 
-template <int Dim, class T>
-void settle(State<Dim, T>& state, const Rest<Dim, T>& rest)
-{
-    const std::span<const Aabb<Dim, T>> boxes(rest.boxes);
-    const std::span<const std::uint32_t> settling(rest.settling);
-    index::Tree<Dim, T>& resting = BoxIndexAccess::tree(state.resting);
-    if (!settling.empty()) resting.insert(settling, boxes.first(settling.size()));
-    if (rest.shifting.empty()) return;
-    try {
-        resting.move(rest.shifting, boxes.subspan(settling.size()));
-    } catch (...) {
-        resting.erase(settling);
-        throw;
-    }
-}
-
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
-    template void settle(State<Dim, T>&, const Rest<Dim, T>&);                                               \
     template Rest<Dim, T> plan_rest(State<Dim, T>&, const Changes<Dim, T>&, const Entries<Dim, T>&,          \
                                     NeighbourLists<Dim, T>&, PairFinder&, Arena&);
 JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)

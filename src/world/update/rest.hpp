@@ -21,16 +21,13 @@ struct Rest
 {
     bool same_active; // those that were, and each has changed: then `active` is empty
     std::pmr::vector<typename State<Dim, T>::Active>& active; // ascending
-    std::pmr::vector<std::uint32_t>& settling;                // indices, in the order in which they waited
     std::span<const Index> parking;                           // who waits from now on to come to rest
-    std::span<const std::uint32_t> shifting;                  // indices
-    std::pmr::vector<Aabb<Dim, T>>& boxes;                    // of those that settle, then of these
+    /// Who is put into the index of what rests: those that come to rest, in the order in which they waited,
+    /// and those that shift.
+    std::pmr::vector<std::uint32_t>& indices;
+    std::pmr::vector<Aabb<Dim, T>>& boxes;
+    std::span<const std::uint32_t> settling, shifting; // of `indices`
 };
-
-/// Puts objects that come to rest into the index, and moves those that shift; those that wake up are still in
-/// it. It comes after all else that can fail; if it fails itself, the index is as it was.
-template <int Dim, class T>
-void settle(State<Dim, T>& state, const Rest<Dim, T>& rest);
 
 /// The stage `plan_rest` of an update.
 template <int Dim, class T>
