@@ -41,20 +41,15 @@ constexpr std::uint32_t place = 7; // the three bits of `Place`
 constexpr std::uint32_t alive = 1u << 3, enabled = 1u << 4, is_static = 1u << 5;
 constexpr std::uint32_t has_reach = 1u << 6; // its bounds are not just the box that was given
 constexpr std::uint32_t second = 1u << 7;    // which of its two boxes is the present one
+constexpr std::uint32_t shifted = 1u << 8;   // it rests, and has moved there of late
 // In the update under way:
-constexpr std::uint32_t written = 1u << 8;     // the other box is that of the last update
-constexpr std::uint32_t refiltered = 1u << 9;  // Changes has the filter of the last update
-constexpr std::uint32_t reach_kept = 1u << 10; // Changes has the reach of the last update
-constexpr std::uint32_t contested = 1u << 11;  // commands about it must be put in order
-constexpr std::uint32_t asked = 1u << 12;      // its filter was set: `accept` is asked again
-constexpr std::uint32_t again = 1u << 13;      // all its pairs are to be reported as if they were new
-constexpr std::uint32_t again_some = 1u << 14; // some of them: those that Changes has
-constexpr std::uint32_t noted = 1u << 15;      // the call of apply() under way has it in its list
-constexpr std::uint32_t unclaimed = 1u << 16;  // it is new, and no queue has said anything about it yet
-// This lasts, too:
-constexpr std::uint32_t shifted = 1u << 17; // it rests, and has moved there of late
-constexpr std::uint32_t transient =
-    written | refiltered | reach_kept | contested | asked | again | again_some | noted | unclaimed;
+constexpr std::uint32_t written = 1u << 9;     // the other box is that of the last update
+constexpr std::uint32_t refiltered = 1u << 10; // Changes has the filter of the last update
+constexpr std::uint32_t reach_kept = 1u << 11; // Changes has the reach of the last update
+constexpr std::uint32_t contested = 1u << 12;  // commands about it must be put in order
+constexpr std::uint32_t again = 1u << 13; // Changes has pairs of it that are reported as if they were new
+constexpr std::uint32_t noted = 1u << 14; // the call of apply() under way has it in its list
+constexpr std::uint32_t transient = written | refiltered | reach_kept | contested | again | noted;
 } // namespace flag
 
 /// Many objects, with an array for each property: for moving objects an update reads little more than boxes.

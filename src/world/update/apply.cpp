@@ -21,20 +21,17 @@ Writer<Dim, T>::Writer(State<Dim, T>& state, Changes<Dim, T>& changes, Arena& ar
 }
 
 template <int Dim, class T>
-void Writer<Dim, T>::begin(std::uint32_t queues, std::uint32_t number, std::pmr::vector<Noted>* noted)
+void Writer<Dim, T>::begin(std::pmr::vector<Noted>* noted) noexcept
 {
     noted_ = noted;
     any_contested_ = false;
-    if (queues == 0) return;
-    const bool another = only_queue_ != 0 && only_queue_ != number;
-    if (several_queues_ || queues > 1 || another) {
-        queue_of_.grow(state_.objects.capacity());
-        if (!several_queues_ && only_queue_ != 0)
-            for (const Index index : changes_.objects())
-                queue_of_[index] = only_queue_;
-        several_queues_ = true;
-    }
-    only_queue_ = number;
+}
+
+template <int Dim, class T>
+void Writer<Dim, T>::set_queue(std::uint32_t queue)
+{
+    queue_of_.grow(state_.objects.capacity());
+    queue_ = queue;
 }
 
 /// Makes the object ready to be written to; false if it is gone.
@@ -51,11 +48,10 @@ bool Writer<Dim, T>::open(ObjectId id)
     if (!object.has(flag::written)) {
         changes_.list().push_back(index);
         object.keep_box();
-        if (several_queues_) queue_of_[index] = queue_;
-    } else if (object.has(flag::unclaimed)) {
-        object.set(flag::unclaimed, false);
-        if (several_queues_) queue_of_[index] = queue_;
-    } else if (several_queues_ && queue_of_[index] != queue_) {
+        queue_of_[index] = queue_;
+    } else if (queue_of_[index] == nobody) {
+        queue_of_[index] = queue_;
+    } else if (queue_of_[index] != queue_) {
         contest(object);
     } else if (object.has(flag::contested)) {
         any_contested_ = true; // since before
@@ -89,7 +85,7 @@ void Writer<Dim, T>::add(const Addition<Dim, T>& addition)
     touch(index);
     if (!object.has(flag::written)) {
         changes_.list().push_back(index);
-        object.set(flag::unclaimed);
+        queue_of_[index] = nobody;
     }
     object.set_state(static_cast<std::uint32_t>(Place::none) | flag::alive |
                      (object.state() & flag::transient) | flag::written);
@@ -131,7 +127,7 @@ void Writer<Dim, T>::apply(const Command<Dim, T>& command)
         object.set(flag::enabled, command.kind == CommandKind::enable);
         break;
     case CommandKind::report:
-        changes_.report_again(index);
+        changes_.report_again(index, index);
         break;
     case CommandKind::report_pair:
         changes_.report_again(index, Index{command.other.index});
@@ -233,42 +229,28 @@ void Writer<Dim, T>::set_filter(Index index, const ObjectFilter& filter)
         object.set(flag::refiltered);
     }
     object.set_filter(filter);
-    if (asks) object.set(flag::asked);
 }
 
 namespace {
 
-/// Who speaks in this update. The moves given to update() have the number of the calling thread's queue,
-/// where they come last.
+/// Commands to be applied, and whose the moves given to update() count as: the calling thread's queue, where
+/// they come last.
 struct QueueCounts
 {
-    std::uint32_t own = 0;
-    std::uint32_t speaking = 0; // how many have commands
-    std::uint32_t speaker = 0;  // the last of these
-    std::uint64_t commands = 0;
+    std::uint32_t own;
+    std::uint64_t commands;
 };
 
 template <int Dim, class T>
 QueueCounts count_queues(const Queues<Dim, T>& queues, std::size_t moves)
 {
     const std::thread::id me = std::this_thread::get_id();
-    QueueCounts counts;
-    const auto note = [&](std::uint32_t number) {
-        ++counts.speaking;
-        counts.speaker = number;
-    };
+    QueueCounts counts{queues.first() == nullptr ? 1 : queues.first()->number + 1, moves};
     for (const Queue<Dim, T>* queue = queues.first(); queue != nullptr; queue = queue->next) {
-        const bool own = queue->owner.load(std::memory_order_relaxed) == me;
-        if (own) counts.own = queue->number;
-        const std::size_t commands = queue->taken_commands.size() - queue->applied_commands;
-        if (commands != 0 || (own && moves != 0)) note(queue->number);
-        counts.commands += commands + queue->taken_additions.size() - queue->applied_additions;
+        if (queue->owner.load(std::memory_order_relaxed) == me) counts.own = queue->number;
+        counts.commands += queue->taken_commands.size() - queue->applied_commands +
+                           queue->taken_additions.size() - queue->applied_additions;
     }
-    if (counts.own == 0) {
-        counts.own = queues.first() == nullptr ? 1 : queues.first()->number + 1;
-        if (moves != 0) note(counts.own);
-    }
-    counts.commands += moves;
     return counts;
 }
 
@@ -276,6 +258,7 @@ template <int Dim, class T>
 void apply_queued(const State<Dim, T>& state, Queues<Dim, T>& queues, Writer<Dim, T>& writer)
 {
     for (Queue<Dim, T>* queue = queues.first(); queue != nullptr; queue = queue->next) {
+        writer.set_queue(queue->number);
         const auto& additions = queue->taken_additions;
         for (std::size_t i = queue->applied_additions; i < additions.size(); ++i)
             writer.add(additions[i]);
@@ -378,7 +361,7 @@ void apply(State<Dim, T>& state, Queues<Dim, T>& queues, const Moves<Dim, T>& mo
     const QueueCounts counts = count_queues(queues, moves.ids.size());
     auto& [changes, writer, added, removed] = applied;
     changes.commands += counts.commands;
-    writer.begin(counts.speaking, counts.speaker, nullptr);
+    writer.begin(nullptr);
     reserve_more(changes.list(), counts.commands);
     apply_queued(state, queues, writer);
     if (changes.objects().empty()) { // no command was about an object that is there
@@ -402,7 +385,7 @@ void apply_ahead(State<Dim, T>& state, Queues<Dim, T>& queues, Applied<Dim, T>& 
     const QueueCounts counts = count_queues(queues, 0);
     auto& [changes, writer, added, removed] = applied;
     changes.commands += counts.commands;
-    writer.begin(counts.speaking, counts.speaker, &noted);
+    writer.begin(&noted);
     apply_queued(state, queues, writer);
     if (writer.any_contested()) settle_contests(state, changes, writer, queues, {}, counts.own, arena);
     // Queries by layers and snapshots ask for what objects were.

@@ -53,16 +53,21 @@ const Reach<Dim, T>* Changes<Dim, T>::old_reach(Index index) const noexcept
 template <int Dim, class T>
 bool Changes<Dim, T>::is_again(const Pair& pair) const noexcept
 {
-    const auto flags = state_->objects[Index{pair.a}].state() | state_->objects[Index{pair.b}].state();
-    return (flags & flag::again) != 0 || ((flags & flag::again_some) != 0 &&
-                                          std::binary_search(again_.begin(), again_.end(), key_of(pair)));
+    const Index a{pair.a}, b{pair.b};
+    if (!state_->objects[a].has(flag::again) && !state_->objects[b].has(flag::again)) return false;
+    const auto is_listed = [&](Index one, Index other) {
+        return std::binary_search(again_.begin(), again_.end(), key_of(pair_of(one, other)));
+    };
+    return is_listed(a, b) || is_listed(a, a) || is_listed(b, b);
 }
 
 template <int Dim, class T>
 bool Changes<Dim, T>::is_asked_again(const Pair& pair) const noexcept
 {
-    return state_->objects[Index{pair.a}].has(flag::asked) ||
-           state_->objects[Index{pair.b}].has(flag::asked) || is_again(pair);
+    const auto is_asked = [&](std::uint32_t index) {
+        return state_->options.accept != nullptr && state_->objects[Index{index}].has(flag::refiltered);
+    };
+    return is_asked(pair.a) || is_asked(pair.b) || is_again(pair);
 }
 
 template <int Dim, class T>
@@ -106,9 +111,9 @@ bool Changes<Dim, T>::is_unchanged(Index index) const noexcept
 {
     const auto object = state_->objects[index];
     return object.place() != Place::none && object.has(flag::alive) &&
-           object.has(flag::enabled) == object.was_enabled() &&
-           !object.has(flag::asked | flag::again | flag::again_some) &&
-           (!object.has(flag::refiltered) || object.filter() == old_filter(index)) &&
+           object.has(flag::enabled) == object.was_enabled() && !object.has(flag::again) &&
+           (!object.has(flag::refiltered) ||
+            (state_->options.accept == nullptr && object.filter() == old_filter(index))) &&
            same(object.now(), object.before());
 }
 

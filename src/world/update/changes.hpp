@@ -51,7 +51,7 @@ class Changes
     [[nodiscard]] std::span<const OldFilter> old_filters() const noexcept { return old_filters_; }
     [[nodiscard]] std::span<const OldReach> old_reaches() const noexcept { return old_reaches_; }
     /// Whether there are pairs to be reported as if they were new, and whether this one is.
-    [[nodiscard]] bool any_again() const noexcept { return any_again_; }
+    [[nodiscard]] bool any_again() const noexcept { return !again_.empty(); }
     [[nodiscard]] bool is_again(const Pair& pair) const noexcept;
     /// Of a pair that touched after the last update: whether `accept` is asked about it if it still does.
     [[nodiscard]] bool is_asked_again(const Pair& pair) const noexcept;
@@ -64,17 +64,11 @@ class Changes
     [[nodiscard]] std::pmr::vector<Index>& list() noexcept { return objects_; }
     void keep_filter(Index index, const ObjectFilter& filter) { old_filters_.push_back({index, filter}); }
     void keep_reach(const OldReach& reach) { old_reaches_.push_back(reach); }
-    /// The pairs of an object, or only that with `other`.
-    void report_again(Index index) noexcept
-    {
-        state_->objects[index].set(flag::again);
-        any_again_ = true;
-    }
+    /// The pair of an object with another one, or, with itself, all its pairs.
     void report_again(Index index, Index other)
     {
         again_.push_back(key_of(pair_of(index, other)));
-        state_->objects[index].set(flag::again_some);
-        any_again_ = true;
+        state_->objects[index].set(flag::again);
     }
     /// Makes an object what it was after the last update, or nothing if it is new.
     void reset(Index index) noexcept;
@@ -95,7 +89,6 @@ class Changes
     std::pmr::vector<OldFilter>& old_filters_;
     std::pmr::vector<OldReach>& old_reaches_;
     std::pmr::vector<Key>& again_; // ascending after sort_again()
-    bool any_again_ = false;
     std::pmr::vector<OldFilter>& scratch_;
     std::size_t sorted_filters_ = 0, sorted_reaches_ = 0; // how many of them are in order, from the first on
 };

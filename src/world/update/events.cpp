@@ -295,7 +295,7 @@ bool Merge<Dim, T>::persists(Run& run, const Pair& pair) const
         run.others_out.push(pair); // as one that begins
         return false;
     }
-    if (changed && known_.asks_again && either_has(pair, flag::asked)) run.asked_out.push(key);
+    if (changed && known_.asks_again && either_has(pair, flag::refiltered)) run.asked_out.push(key);
     if (changed && (!known_.any_refused || !state_.refused.contains(key))) return true;
     run.others_out.push(pair);
     return false;

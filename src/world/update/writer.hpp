@@ -27,12 +27,10 @@ class Writer
 
     Writer(State<Dim, T>& state, Changes<Dim, T>& changes, Arena& arena);
 
-    /// Announces commands of so many queues; if there is only one, it has this number. They may be about the
-    /// same objects as commands of other queues, also of earlier ones. If `noted` isn't null, it gets the
-    /// objects that are written to from now on, with their old state.
-    void begin(std::uint32_t queues, std::uint32_t number, std::pmr::vector<Noted>* noted);
+    /// If `noted` isn't null, it gets the objects that are written to from now on, with their old state.
+    void begin(std::pmr::vector<Noted>* noted) noexcept;
     /// Whose commands come now: numbered from 1.
-    void set_queue(std::uint32_t queue) noexcept { queue_ = queue; }
+    void set_queue(std::uint32_t queue);
     void add(const Addition<Dim, T>& addition);
     void apply(const Command<Dim, T>& command);
     void move(ObjectId id, const Box& box);
@@ -64,12 +62,12 @@ class Writer
 
     State<Dim, T>& state_;
     Changes<Dim, T>& changes_;
-    bool several_queues_ = false;
     bool any_contested_ = false;
     bool any_removed_ = false;
-    std::uint32_t queue_ = 0, only_queue_ = 0; // the one that commands came of, until there are several
+    static constexpr std::uint32_t nobody = 0; // in place of a queue's number
+    std::uint32_t queue_ = nobody;
     std::pmr::vector<Noted>* noted_ = nullptr;
-    Table<Index, std::uint32_t>& queue_of_; // that wrote to an object of this update
+    Table<Index, std::uint32_t>& queue_of_; // that wrote to an object of this update; a new one is nobody's
 };
 
 /// Does over what was done to contested objects: for each property the greatest sequence wins, among equal
