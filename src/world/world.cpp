@@ -56,17 +56,31 @@ auto World<Dim, T>::Implementation::checked(ObjectId id) const -> typename world
 namespace world {
 namespace {
 
-/// `margin`, or `what` it is, as it was given, for a world of T.
+/// What stands one behind the other, numbers as in no locale.
+template <class... Parts>
+std::string text_of(const Parts&... parts)
+{
+    std::ostringstream text;
+    text.imbue(std::locale::classic());
+    (text << ... << parts);
+    return text.str();
+}
+
+/// `whose` is an object's index if there is one.
+std::string name_of(const char* whose, std::uint64_t index)
+{
+    return whose + (index == Error::no_index ? std::string() : std::to_string(index));
+}
+
+/// `margin`, as it was given, for a world of T.
 template <class T>
-void check_margin(double margin, const char* whose, std::uint64_t index, const char* what = "margin ")
+void check_margin(double margin, const char* whose, std::uint64_t index)
 {
     if (margin >= 0 && margin <= double{std::numeric_limits<T>::max()}) return;
-    std::ostringstream message;
-    message.imbue(std::locale::classic());
-    message << what << margin << whose;
-    if (index != Error::no_index) message << index;
-    message << "; give a number from 0 to " << std::numeric_limits<T>::max();
-    throw Error(ErrorCode::invalid_argument, message.str(), index);
+    throw Error(ErrorCode::invalid_argument,
+                text_of("margin ", margin, name_of(whose, index), "; give a number from 0 to ",
+                        std::numeric_limits<T>::max()),
+                index);
 }
 
 /// An object's own margin. Together with the world's it is finite, so that bounds are numbers.
@@ -75,13 +89,10 @@ void check_own_margin(T margin, T of_world, const char* whose, std::uint64_t ind
 {
     check_margin<T>(margin, whose, index);
     if (of_world + margin <= std::numeric_limits<T>::max()) return;
-    std::ostringstream message;
-    message.imbue(std::locale::classic());
-    message << "margin " << margin << whose;
-    if (index != Error::no_index) message << index;
-    message << " and the world's margin " << of_world << " are together more than "
-            << std::numeric_limits<T>::max() << "; give less";
-    throw Error(ErrorCode::invalid_argument, message.str(), index);
+    throw Error(ErrorCode::invalid_argument,
+                text_of("margin ", margin, name_of(whose, index), " and the world's margin ", of_world,
+                        " are together more than ", std::numeric_limits<T>::max(), "; give less"),
+                index);
 }
 
 void check_layers(std::span<const QueryLayer> layers)
@@ -225,16 +236,14 @@ void World<Dim, T>::move(ObjectId id, const Box& box, const Vector& displacement
     implementation_->state.ids.check(id);
     world::check_box(box, id);
     for (int d = 0; d < Dim; ++d)
-        if (!(moved.lo[d] <= moved.hi[d])) {
-            std::ostringstream message;
-            message.imbue(std::locale::classic());
-            message << "displacement of object " << id.index << ": displacement[" << d << "] ";
-            if (std::isnan(displacement[d]))
-                message << "is NaN; give a number";
-            else
-                message << "= " << displacement[d] << " moves a bound to NaN; give a finite number";
-            throw Error(ErrorCode::nan_coordinate, message.str(), id.index);
-        }
+        if (!(moved.lo[d] <= moved.hi[d]))
+            throw Error(ErrorCode::nan_coordinate,
+                        world::text_of("displacement of object ", id.index, ": displacement[", d, "] ") +
+                            (std::isnan(displacement[d])
+                                 ? "is NaN; give a number"
+                                 : world::text_of("= ", displacement[d],
+                                                  " moves a bound to NaN; give a finite number")),
+                        id.index);
     Box packed{};
     packed.lo = displacement;
     implementation_->queues.with_own_queue([&](world::Queue<Dim, T>& queue) {
@@ -249,13 +258,11 @@ void World<Dim, T>::resize(ObjectId id, const Vector& size, std::uint32_t sequen
 {
     Box packed{};
     for (int d = 0; d < Dim; ++d) {
-        if (!(size[d] >= 0)) {
-            std::ostringstream message;
-            message.imbue(std::locale::classic());
-            message << "size of object " << id.index << ": size[" << d << "] = " << size[d]
-                    << " is not a number >= 0";
-            throw Error(ErrorCode::invalid_argument, message.str(), id.index);
-        }
+        if (!(size[d] >= 0))
+            throw Error(ErrorCode::invalid_argument,
+                        world::text_of("size of object ", id.index, ": size[", d, "] = ", size[d],
+                                       " is not a number >= 0"),
+                        id.index);
         packed.lo[d] = size[d];
     }
     implementation_->queue({id, sequence, world::CommandKind::resize, packed});

@@ -79,15 +79,16 @@ class CountedMemory final : public std::pmr::memory_resource
 class Arena
 {
   public:
-    explicit Arena(std::pmr::memory_resource* memory) : memory_(memory), pieces_(memory), blocks_(memory) {}
+    explicit Arena(std::pmr::memory_resource* memory)
+        : memory_(memory), pieces_(memory), things_(4096, memory)
+    {
+    }
     Arena(const Arena&) = delete;
     Arena& operator=(const Arena&) = delete;
     ~Arena()
     {
         for (const Piece& piece : pieces_)
             piece.destroy(piece.thing);
-        for (std::byte* block : blocks_)
-            memory_->deallocate(block, block_size, block_alignment);
     }
 
     /// Takes back all memory that was handed out so far.
@@ -131,7 +132,8 @@ class Arena
                 std::none_of(pieces_.begin(), pieces_.end(), [&](const Piece& p) { return p.name == name; }));
             // So that nothing fails once the thing is there.
             if (pieces_.size() == pieces_.capacity()) pieces_.reserve(pieces_.size() + 64);
-            pieces_.push_back({name, new (place_for<Thing>()) Thing(memory_), &destroy<Thing>, false, false});
+            void* const place = things_.allocate(sizeof(Thing), alignof(Thing));
+            pieces_.push_back({name, new (place) Thing(memory_), &destroy<Thing>, false, false});
             piece = &pieces_.back();
         }
         assert(!piece->is_taken && piece->destroy == &destroy<Thing>);
@@ -153,27 +155,6 @@ class Arena
     {
         static_cast<Thing*>(thing)->~Thing();
     }
-    /// The things lie side by side: they are small, and to allocate each would take a small world longer than
-    /// to work with them.
-    template <class Thing>
-    void* place_for()
-    {
-        static_assert(sizeof(Thing) <= block_size && alignof(Thing) <= block_alignment);
-        used_ = (used_ + alignof(Thing) - 1) / alignof(Thing) * alignof(Thing);
-        if (used_ + sizeof(Thing) > block_size) {
-            blocks_.push_back(nullptr); // so that nothing fails once there is a block
-            try {
-                blocks_.back() = static_cast<std::byte*>(memory_->allocate(block_size, block_alignment));
-            } catch (...) {
-                blocks_.pop_back();
-                throw;
-            }
-            used_ = 0;
-        }
-        void* const place = blocks_.back() + used_;
-        used_ += sizeof(Thing);
-        return place;
-    }
     /// Updates mostly take the same things in the same order: the next one is looked at first. Names are
     /// literals of one place in the code, and so known by where they lie.
     Piece* find(const char* name) noexcept
@@ -187,13 +168,12 @@ class Arena
         return nullptr;
     }
 
-    static constexpr std::size_t block_size = 4096, block_alignment = alignof(std::max_align_t);
-
     std::pmr::memory_resource* memory_;
     std::pmr::vector<Piece> pieces_;
     std::size_t next_ = 0, taken_ = 0;
-    std::pmr::vector<std::byte*> blocks_; // in which the things lie
-    std::size_t used_ = block_size;       // of the last one
+    // They lie side by side: they are small, and to allocate each would take a small world longer than to
+    // work with them.
+    std::pmr::monotonic_buffer_resource things_;
 };
 
 } // namespace world

@@ -82,7 +82,6 @@ class Search
             PairBufferAccess(found_).append(block);
     }
     std::span<Pair> sorted(PairBuffer& to);
-    void sort_in_parts(std::pmr::vector<Pair>& pairs, std::pmr::vector<Pair>& spare, std::span<Pair> to);
     void find_listed(const Division& division);
     void find_unlisted(const Division& division);
 
@@ -293,44 +292,12 @@ std::span<Pair> Search<Dim, T>::sorted(PairBuffer& to)
     }
     const std::span<Pair> sorted = PairBufferAccess(to).chunk(0, count).first(count);
     auto& pairs = arena_.list<Pair>("pairs being sorted");
-    auto& spare = arena_.list<Pair>("pairs being sorted, in another order");
-    if (count >= run_length) {
-        sort_in_parts(pairs, spare, sorted);
-        return sorted;
-    }
+    pairs.reserve(count);
     for (const std::span<const Pair> block : found_.blocks())
         pairs.insert(pairs.end(), block.begin(), block.end());
-    sort_pairs(pairs, spare);
+    sort_pairs(pairs, arena_.list<Pair>("pairs being sorted, in another order"));
     std::copy(pairs.begin(), pairs.end(), sorted.begin());
     return sorted;
-}
-
-/// In parts by their first objects, each of which is sorted by one thread.
-template <int Dim, class T>
-void Search<Dim, T>::sort_in_parts(std::pmr::vector<Pair>& pairs, std::pmr::vector<Pair>& spare,
-                                   std::span<Pair> to)
-{
-    constexpr std::uint32_t parts = 16;
-    std::uint32_t shift = 0;
-    while ((state_.ids.end() - 1) >> shift >= parts)
-        ++shift;
-    pairs.resize(to.size());
-    spare.resize(to.size());
-    std::size_t end[parts] = {};
-    const auto each_pair = [&](const auto& visit) {
-        for (const std::span<const Pair> block : found_.blocks())
-            for (const Pair& pair : block)
-                visit(pair);
-    };
-    each_pair([&](const Pair& pair) { ++end[pair.a >> shift]; });
-    exclusive_sum(end, parts);
-    each_pair([&](const Pair& pair) { pairs[end[pair.a >> shift]++] = pair; });
-    const auto sort_part = [&](std::uint64_t part, std::uint64_t, Work) {
-        const std::size_t first = part == 0 ? 0 : end[part - 1], count = end[part] - first;
-        const Pair* const sorted = sort_pairs(pairs.data() + first, spare.data() + first, count);
-        std::copy_n(sorted, count, to.data() + first);
-    };
-    process_items(parts, sort_part, {state_.executor_for(to.size()), 1});
 }
 
 } // namespace

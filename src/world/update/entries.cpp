@@ -17,17 +17,14 @@ void resize(Entries<Dim, T>& entries, std::size_t count)
     entries.box.resize(count);
     entries.index.resize(count);
     entries.filter.resize(count);
-    entries.moves_on.resize(count);
 }
 
 template <int Dim, class T>
 void set(Entries<Dim, T>& entries, Entry entry, const State<Dim, T>& state, Index index)
 {
-    const auto object = state.objects[index];
-    entries.box[entry] = object.now();
+    entries.box[entry] = state.objects[index].now();
     entries.index[entry] = index;
     entries.filter[entry] = state.classes[index];
-    entries.moves_on[entry] = object.place() == Place::active;
 }
 
 /// Whether few enough change for moving them within the index. Those that are parked count as well: whoever

@@ -24,7 +24,6 @@ struct Entries
         : box(arena.take<Table<Entry, Aabb<Dim, T>>>("boxes of entries")),
           index(arena.take<Table<Entry, Index>>("indices of entries")),
           filter(arena.take<Table<Entry, FilterClass>>("filters of entries")),
-          moves_on(arena.take<Table<Entry, std::uint8_t>>("entries that were active")),
           rested(arena.list<std::uint32_t>("changed objects that rested")),
           waking(arena.list<std::uint32_t>("waking objects")),
           shifting(arena.list<std::uint32_t>("shifting objects")),
@@ -37,8 +36,7 @@ struct Entries
     Table<Entry, Aabb<Dim, T>>& box;
     Table<Entry, Index>& index;
     Table<Entry, FilterClass>& filter;
-    Table<Entry, std::uint8_t>& moves_on; // it was active after the last update
-    std::size_t changed = 0;              // how many of them are changed objects
+    std::size_t changed = 0; // how many of them are changed objects
 
     // Changed objects that rested, as ids of the index of resting objects: those that leave it, also removed
     // ones, and those that move within it.

@@ -120,7 +120,7 @@ void NeighbourLists<Dim, T>::find_needs(const State<Dim, T>& state, const Entrie
             prefetch_number(ahead(e + 2 * fetch_ahead));
             prefetch(ahead(e + fetch_ahead));
             const Entry entry{static_cast<std::uint32_t>(e)};
-            const List* const list = entries.moves_on[entry] ? find(entries.index[entry]) : nullptr;
+            const List* const list = find(entries.index[entry]);
             needs.of[entry] = Need::list;
             needs.lookups[e].count = 0;
             if (list != nullptr && list->valid && inside(entries.box[entry], list->bounds))
@@ -158,7 +158,8 @@ auto NeighbourLists<Dim, T>::divide(State<Dim, T>& state, const Entries<Dim, T>&
         const Entry entry{e};
         if (needs.of[entry] == Need::lookup) {
             ++listed;
-        } else if (needs.of[entry] == Need::list && entries.moves_on[entry] && newcomers.size() < most_new) {
+        } else if (needs.of[entry] == Need::list && newcomers.size() < most_new &&
+                   state.objects[entries.index[entry]].place() == Place::active) {
             newcomers.push_back(entry);
             ways.push_back(way_of(state.objects[entries.index[entry]].before(), entries.box[entry]));
         } else {

@@ -64,17 +64,5 @@ inline void sort_pairs(std::pmr::vector<Pair>& pairs, std::pmr::vector<Pair>& sc
     sort_partners(pairs.data(), pairs.data() + pairs.size());
 }
 
-/// The same of some hundred pairs or more; `spare` has room for as many. Returns where they are then.
-inline Pair* sort_pairs(Pair* pairs, Pair* spare, std::size_t count)
-{
-    std::uint32_t differing = 0;
-    for (std::size_t i = 1; i < count; ++i)
-        differing |= pairs[i - 1].a ^ pairs[i].a;
-    const auto by_a = [](const Pair& pair) { return pair.a; };
-    Pair* const sorted = radix_sort<8>(pairs, spare, count, by_a, differing);
-    sort_partners(sorted, sorted + count);
-    return sorted;
-}
-
 } // namespace world
 JOSTLE_NAMESPACE_END
