@@ -3,11 +3,13 @@
 
 #include <array>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <span>
 #include <type_traits>
+#include <utility>
 
 #include "jostle/vec.hpp"
 #include "jostle/version.hpp"
@@ -297,6 +299,10 @@ BoxView(std::span<Aabb<Dim, T>, Extent>) -> BoxView<Dim, T>;
 namespace detail {
 template <int Dim, class T>
 BoxView<Dim, T> view_of(std::span<const Aabb<Dim, T>>);
+template <class Given>
+inline constexpr bool is_box_view = false;
+template <int Dim, class T>
+inline constexpr bool is_box_view<BoxView<Dim, T>> = true;
 } // namespace detail
 
 /// A contiguous container of boxes: std::vector<Aabb3f>, std::array, std::span, a plain array. Functions that
@@ -307,12 +313,26 @@ concept BoxContainer = requires(const Container& boxes) {
     detail::view_of(std::span<const typename decltype(std::span(boxes))::value_type>(boxes));
 };
 
-/// The view of all boxes of a container.
-template <BoxContainer Container>
-[[nodiscard]] auto box_view(const Container& boxes) noexcept
+/// A BoxContainer, or a BoxView.
+template <class Given>
+concept AnyBoxes = BoxContainer<Given> || detail::is_box_view<Given>;
+
+/// The view of all boxes of a container; of a view itself.
+template <AnyBoxes Boxes>
+[[nodiscard]] auto box_view(const Boxes& boxes) noexcept
 {
-    const std::span<const typename decltype(std::span(boxes))::value_type> all(boxes);
-    return decltype(detail::view_of(all))(all);
+    if constexpr (detail::is_box_view<Boxes>) {
+        return boxes;
+    } else {
+        const std::span<const typename decltype(std::span(boxes))::value_type> all(boxes);
+        return decltype(detail::view_of(all))(all);
+    }
 }
+
+/// The same sort of boxes as in `Other`.
+template <class Given, class Other>
+concept BoxesLike = AnyBoxes<Given> && AnyBoxes<Other> &&
+                    std::same_as<decltype(box_view(std::declval<const Given&>())),
+                                 decltype(box_view(std::declval<const Other&>()))>;
 
 JOSTLE_NAMESPACE_END

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <concepts>
 #include <cstdint>
 #include <memory>
 #include <memory_resource>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "jostle/box.hpp"
@@ -39,6 +41,12 @@ struct Filter
     StoredFunctionRef<bool(std::uint32_t a, std::uint32_t b)> accept = {};
     /// Set by PeriodicImages::filter(): each pair of periodic space counts once. Null in all other searches.
     const ImageRule* images = nullptr;
+    /// The last so many objects are ghosts: they meet the others, and not each other. For those whose pairs
+    /// another process finds. Such pairs cost nothing but the sweep past them.
+    std::size_t ghosts = 0;
+    /// Up to three numbers an object, no_owner where it has fewer. Objects with one in common never pair:
+    /// triangles of a cloth that share a vertex, links of a chain that share a joint.
+    StridedView<std::array<std::uint32_t, 3>> vertices = {};
 };
 
 /// The same for pairs between two sets. Members that end in `_a` describe objects of the first set, those
@@ -214,23 +222,17 @@ class JOSTLE_API PairFinder
     }
 
     /// Like find, but the caller owns the result, and the finder's next call begins a new one.
-    template <int Dim, Coordinate T>
-    [[nodiscard]] PairBuffer take(const BoxView<Dim, T>& boxes, const Filter& filter = {},
-                                  Order order = Order::canonical);
-    template <int Dim, Coordinate T, std::same_as<BoxView<Dim, T>> View>
-    [[nodiscard]] PairBuffer take(const BoxView<Dim, T>& a, const View& b, const CrossFilter& filter = {},
-                                  Order order = Order::canonical);
-    template <BoxContainer Boxes>
+    template <AnyBoxes Boxes>
     [[nodiscard]] PairBuffer take(const Boxes& boxes, const Filter& filter = {},
                                   Order order = Order::canonical)
     {
-        return take(box_view(boxes), filter, order);
+        return taken(find(box_view(boxes), filter, order));
     }
-    template <BoxContainer A, BoxContainer B>
+    template <AnyBoxes A, BoxesLike<A> B>
     [[nodiscard]] PairBuffer take(const A& a, const B& b, const CrossFilter& filter = {},
                                   Order order = Order::canonical)
     {
-        return take(box_view(a), box_view(b), filter, order);
+        return taken(find(box_view(a), box_view(b), filter, order));
     }
 
     /// Tells about the last call.
@@ -241,36 +243,26 @@ class JOSTLE_API PairFinder
 
   private:
     friend class PairFinderAccess;
+    /// What a search returned, which is this finder's own.
+    static PairBuffer taken(const PairBuffer& found) { return std::move(const_cast<PairBuffer&>(found)); }
     struct Implementation;
     std::unique_ptr<Implementation> implementation_;
 };
 
 /// Returns the touching pairs among `boxes`, with no finder to keep. For frame after frame use a PairFinder.
-template <int Dim, Coordinate T>
-[[nodiscard]] PairBuffer find_pairs(const BoxView<Dim, T>& boxes, const Filter& filter = {},
+template <AnyBoxes Boxes>
+[[nodiscard]] PairBuffer find_pairs(const Boxes& boxes, const Filter& filter = {},
                                     Order order = Order::canonical, const FinderOptions& options = {})
 {
     return PairFinder(options).take(boxes, filter, order);
 }
-template <BoxContainer Boxes>
-[[nodiscard]] PairBuffer find_pairs(const Boxes& boxes, const Filter& filter = {},
-                                    Order order = Order::canonical, const FinderOptions& options = {})
-{
-    return find_pairs(box_view(boxes), filter, order, options);
-}
 
 /// Returns the touching pairs of one box of `a` and one of `b`.
-template <int Dim, Coordinate T, std::same_as<BoxView<Dim, T>> View>
-[[nodiscard]] PairBuffer find_pairs(const BoxView<Dim, T>& a, const View& b, const CrossFilter& filter = {},
-                                    Order order = Order::canonical, const FinderOptions& options = {})
-{
-    return PairFinder(options).take(a, b, filter, order);
-}
-template <BoxContainer A, BoxContainer B>
+template <AnyBoxes A, BoxesLike<A> B>
 [[nodiscard]] PairBuffer find_pairs(const A& a, const B& b, const CrossFilter& filter = {},
                                     Order order = Order::canonical, const FinderOptions& options = {})
 {
-    return find_pairs(box_view(a), box_view(b), filter, order, options);
+    return PairFinder(options).take(a, b, filter, order);
 }
 
 /// Throws the `Error` that every search throws for these boxes, or does nothing if all are valid.

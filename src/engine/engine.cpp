@@ -183,7 +183,8 @@ class Engine::Search
         const std::uint32_t count = bricks.records(brick);
         mine.counts.records += count;
         mine.counts.bricks += count != 0;
-        if (count < 2 || (boxes_.cross && !holds_both_sets(bricks, brick, depth == 0))) return;
+        const bool sided = boxes_.cross || boxes_.loners < boxes_.a.size();
+        if (count < 2 || (sided && !may_pair(bricks, brick, depth == 0))) return;
         const std::uint64_t windows = sort_brick(bricks, brick, count, mine);
         const double steps_per_row = static_cast<double>(windows) / step_size / count + 0.5;
         if (steps_per_row > coarse_steps && count < job_records && is_coarse(boxes_, mine, count) &&

@@ -45,21 +45,21 @@ std::int32_t low_half(std::uint32_t word) noexcept
 
 } // namespace
 
-bool holds_both_sets(const Bricks& bricks, std::uint32_t brick, bool as_given) noexcept
+bool may_pair(const Bricks& bricks, std::uint32_t brick, bool as_given) noexcept
 {
-    std::uint32_t sides = 0;
+    std::uint32_t sides = side_a | side_b; // of all records
     if (!as_given) {
-        each_record(bricks, brick, [&](const Record& record) { sides |= record.object; });
+        each_record(bricks, brick, [&](const Record& record) { sides &= record.object; });
     } else {
         for (const BrickStore* store : bricks.stores) {
             const std::uint32_t size = store->size(brick);
             if (size == 0) continue;
             constexpr std::uint32_t chunk = BrickStore::Chunk::capacity;
-            sides |= store->chunk(brick, 0)->record[0].object;
-            sides |= store->chunk(brick, (size - 1) / chunk)->record[(size - 1) % chunk].object;
+            sides &= store->chunk(brick, 0)->record[0].object;
+            sides &= store->chunk(brick, (size - 1) / chunk)->record[(size - 1) % chunk].object;
         }
     }
-    return (~sides & (side_a | side_b)) == 0;
+    return sides == 0;
 }
 
 // A counting sort with about one bucket per record. Order within a bucket is free, since the sweep compares

@@ -70,9 +70,10 @@ class FetchBrick
     std::uint32_t chunk_ = 0;
 };
 
-/// Whether a brick has records of two sets. In a grid over a call's boxes (`as_given`) those of the first
-/// come first in each store, so that few need to be looked at.
-bool holds_both_sets(const Bricks& bricks, std::uint32_t brick, bool as_given) noexcept;
+/// Whether not all records of a brick share a flag of their set, which would keep each from each. In a grid
+/// over a call's boxes (`as_given`) those without a flag, or of the first set, come first in each store, so
+/// that few need to be looked at.
+bool may_pair(const Bricks& bricks, std::uint32_t brick, bool as_given) noexcept;
 
 /// Sorts the records of a brick by the bucket of their lower bound on the sweep axis, into `slot.sorted`,
 /// padded, and finds their windows, `slot.window_end`. Within a bucket records keep their order. Returns the

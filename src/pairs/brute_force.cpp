@@ -12,7 +12,7 @@ std::vector<Pair> find_pairs_brute_force(const BoxView<Dim, T>& boxes, const Fil
     check_boxes(boxes);
     check_filter(filter, boxes.size());
     std::vector<Pair> pairs;
-    for (std::uint32_t a = 0; a < boxes.size(); ++a)
+    for (std::uint32_t a = 0; a < boxes.size() - filter.ghosts; ++a)
         for (std::uint32_t b = a + 1; b < boxes.size(); ++b)
             if (overlaps(boxes[a], boxes[b]) && passes(filter, a, b) &&
                 (!filter.accept || filter.accept(a, b)))

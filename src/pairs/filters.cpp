@@ -10,7 +10,8 @@ JOSTLE_NAMESPACE_BEGIN
 
 namespace {
 
-void check_column(const StridedView<std::uint32_t>& column, std::size_t size, const char* name)
+template <class T>
+void check_column(const StridedView<T>& column, std::size_t size, const char* name)
 {
     if (column.empty() || column.size() == size) return;
     throw Error(ErrorCode::size_mismatch,
@@ -46,6 +47,11 @@ void check_one_set(const OneSet& filter, std::size_t size)
 void check_filter(const Filter& filter, std::size_t size)
 {
     check_one_set(filter, size);
+    check_column(filter.vertices, size, "vertices");
+    if (filter.ghosts > size)
+        throw Error(ErrorCode::size_mismatch, "filter ghosts is " + std::to_string(filter.ghosts) + " for " +
+                                                  std::to_string(size) +
+                                                  " objects; the ghosts are the last of them");
 }
 void check_filter(const SceneFilter& filter, std::size_t size)
 {
@@ -73,6 +79,16 @@ bool owners_differ(std::uint32_t a, std::uint32_t b) noexcept
     return a != b || a == Filter::no_owner;
 }
 
+using Triple = std::array<std::uint32_t, 3>;
+
+bool none_shared(const Triple& a, const Triple& b) noexcept
+{
+    bool none = true;
+    for (const std::uint32_t vertex : a)
+        none &= (vertex == Filter::no_owner) | ((vertex != b[0]) & (vertex != b[1]) & (vertex != b[2]));
+    return none;
+}
+
 template <class OneSet>
 bool passes_one_set(const OneSet& filter, std::size_t a, std::size_t b) noexcept
 {
@@ -89,6 +105,7 @@ bool passes(const Filter& filter, std::size_t a, std::size_t b) noexcept
     if (filter.images != nullptr &&
         !filter.images->allows(static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b)))
         return false;
+    if (!filter.vertices.empty() && !none_shared(filter.vertices[a], filter.vertices[b])) return false;
     return passes_one_set(filter, a, b);
 }
 bool passes(const SceneFilter& filter, std::size_t a, std::size_t b) noexcept
@@ -120,7 +137,7 @@ void append_owners(const Values& owner, std::pmr::vector<std::uint32_t>& out)
 }
 
 /// No branch depends on what a pair is like: a wrong guess costs more than all the rest.
-template <bool Masks, bool Owners>
+template <bool Masks, bool Owners, bool WithVertices>
 Pair* keep(const PackedFilter& filter, Pair* first, Pair* last) noexcept
 {
     const std::uint64_t* const masks = filter.masks.data();
@@ -138,6 +155,7 @@ Pair* keep(const PackedFilter& filter, Pair* first, Pair* last) noexcept
             const std::uint32_t owner = owners[pair.a];
             good &= (owner != owners[b + pair.b]) | (owner == Filter::no_owner);
         }
+        if constexpr (WithVertices) good &= none_shared(filter.vertices[pair.a], filter.vertices[pair.b]);
         *end = pair;
         end += good;
     }
@@ -151,6 +169,8 @@ void PackedFilter::pack(const Filter& filter, std::size_t)
     clear();
     append_masks(filter.category, filter.mask, masks);
     append_owners(filter.owner, owners);
+    for (std::size_t i = 0; i < filter.vertices.size(); ++i)
+        vertices.push_back(filter.vertices[i]);
 }
 
 void PackedFilter::pack(const CrossFilter& filter, std::size_t size_a)
@@ -167,13 +187,23 @@ void PackedFilter::clear() noexcept
 {
     masks.clear();
     owners.clear();
+    vertices.clear();
     second = 0;
 }
 
 Pair* PackedFilter::keep_passing(Pair* first, Pair* last) const noexcept
 {
-    if (masks.empty()) return owners.empty() ? last : keep<false, true>(*this, first, last);
-    return owners.empty() ? keep<true, false>(*this, first, last) : keep<true, true>(*this, first, last);
+    using Keep = Pair* (*)(const PackedFilter&, Pair*, Pair*) noexcept;
+    constexpr Keep ways[] = {nullptr,
+                             keep<true, false, false>,
+                             keep<false, true, false>,
+                             keep<true, true, false>,
+                             keep<false, false, true>,
+                             keep<true, false, true>,
+                             keep<false, true, true>,
+                             keep<true, true, true>};
+    const int way = (masks.empty() ? 0 : 1) + (owners.empty() ? 0 : 2) + (vertices.empty() ? 0 : 4);
+    return way == 0 ? last : ways[way](*this, first, last);
 }
 
 JOSTLE_NAMESPACE_END

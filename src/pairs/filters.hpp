@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory_resource>
@@ -40,11 +41,14 @@ bool passes(const CrossFilter& filter, std::size_t a, std::size_t b) noexcept;
 /// The same for many pairs: the arrays of a filter, packed. Without `accept` and images.
 struct PackedFilter
 {
-    explicit PackedFilter(std::pmr::memory_resource* memory) : masks(memory), owners(memory) {}
+    explicit PackedFilter(std::pmr::memory_resource* memory) : masks(memory), owners(memory), vertices(memory)
+    {
+    }
 
     std::pmr::vector<std::uint64_t> masks;  ///< of each object: the mask, and below it the category; or none
     std::pmr::vector<std::uint32_t> owners; ///< or none
-    std::size_t second = 0;                 ///< where objects of a second set begin
+    std::pmr::vector<std::array<std::uint32_t, 3>> vertices; ///< or none; within one set
+    std::size_t second = 0;                                  ///< where objects of a second set begin
 
     void pack(const Filter& filter, std::size_t size);
     void pack(const CrossFilter& filter, std::size_t size_a);

@@ -110,13 +110,24 @@ const ImageRule* images_of(const AnyFilter& filter)
         return nullptr;
 }
 
-/// Whether nothing is left to filter where the engine keeps images apart, or doesn't.
+/// From which object on none meets another: the engine sees to that.
+std::size_t loners_of(const Filter& filter, std::size_t size)
+{
+    const std::size_t originals = filter.images != nullptr ? filter.images->originals : size;
+    return std::min(originals, size - filter.ghosts);
+}
+std::size_t loners_of(const CrossFilter&, std::size_t size)
+{
+    return size;
+}
+
+/// Whether nothing is left to filter.
 template <class AnyFilter>
-bool is_empty(const AnyFilter& filter, bool engine_keeps_apart)
+bool is_empty(const AnyFilter& filter)
 {
     if constexpr (std::is_same_v<AnyFilter, Filter>)
-        return filter.mask.empty() && filter.owner.empty() && !filter.accept &&
-               (filter.images == nullptr || (engine_keeps_apart && filter.images->axes.empty()));
+        return filter.mask.empty() && filter.owner.empty() && filter.vertices.empty() && !filter.accept &&
+               (filter.images == nullptr || filter.images->axes.empty());
     else
         return filter.mask_a.empty() && filter.owner_a.empty() && !filter.accept;
 }
@@ -144,11 +155,14 @@ void each_slice(const engine::Boxes<Dim, T>& boxes, std::size_t slice, const Sea
         return set.subview(k * slice, std::min(slice, set.size() - k * slice));
     };
     for (std::size_t a = 0; a < slices(boxes.a); ++a) {
+        const std::size_t others_meet = boxes.loners - std::min(boxes.loners, a * slice); // those before it
         // One set: each slice with itself and with every later one.
-        if (!boxes.cross) search({part_of(boxes.a, a), {}, false, boxes.loners}, a * slice, a * slice);
+        if (!boxes.cross) search({part_of(boxes.a, a), {}, false, others_meet}, a * slice, a * slice);
         const BoxView<Dim, T>& others = boxes.cross ? boxes.b : boxes.a;
-        for (std::size_t b = boxes.cross ? 0 : a + 1; b < slices(others); ++b)
-            search({part_of(boxes.a, a), part_of(others, b), true}, a * slice, b * slice);
+        const BoxView<Dim, T> rows = part_of(boxes.a, a);
+        const BoxView<Dim, T> part = rows.subview(0, std::min(rows.size(), others_meet));
+        for (std::size_t b = boxes.cross ? 0 : a + 1; b < slices(others) && !part.empty(); ++b)
+            search({part, part_of(others, b), true}, a * slice, b * slice);
     }
 }
 
@@ -173,15 +187,13 @@ bool PairFinder::Implementation::search(const engine::Boxes<Dim, T>& given, Pair
 
     engine::Boxes<Dim, T> boxes = given;
     const ImageRule* const images = images_of(filter);
-    const bool keep_apart =
-        images != nullptr && boxes.a.size() <= slice; // images in several slices: by select
-    if (keep_apart) boxes.loners = images->originals;
+    boxes.loners = loners_of(filter, boxes.a.size());
     packed.pack(filter, boxes.a.size());
 
     std::atomic<std::uint64_t> pairs{0};
     const auto select = [&](Pair* first, Pair* last) {
         last = packed.keep_passing(first, last);
-        if (images != nullptr && !(keep_apart && images->axes.empty()))
+        if (images != nullptr && !images->axes.empty())
             last = std::remove_if(first, last,
                                   [&](const Pair& pair) { return !images->allows(pair.a, pair.b); });
         if (filter.accept)
@@ -195,7 +207,7 @@ bool PairFinder::Implementation::search(const engine::Boxes<Dim, T>& given, Pair
     };
     engine::Request request;
     request.select = selection;
-    if (!is_empty(filter, keep_apart)) request.select = select;
+    if (!is_empty(filter)) request.select = select;
     if (sink) request.sink = count_and_pass;
     request.result = &into;
 
@@ -333,18 +345,6 @@ bool PairFinder::stream(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b, Pair
     return implementation_->stream(engine::Boxes<Dim, T>{a, b, true}, sink, filter);
 }
 
-template <int Dim, Coordinate T>
-PairBuffer PairFinder::take(const BoxView<Dim, T>& boxes, const Filter& filter, Order order)
-{
-    return std::move(implementation_->store(engine::Boxes<Dim, T>{boxes, {}, false}, filter, order));
-}
-
-template <int Dim, Coordinate T, std::same_as<BoxView<Dim, T>> View>
-PairBuffer PairFinder::take(const BoxView<Dim, T>& a, const View& b, const CrossFilter& filter, Order order)
-{
-    return std::move(implementation_->store(engine::Boxes<Dim, T>{a, b, true}, filter, order));
-}
-
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
     template const PairBuffer& PairFinder::find(const BoxView<Dim, T>&, const Filter&, Order)&;              \
     template const PairBuffer& PairFinder::find(const BoxView<Dim, T>&, const BoxView<Dim, T>&,              \
@@ -354,9 +354,6 @@ PairBuffer PairFinder::take(const BoxView<Dim, T>& a, const View& b, const Cross
     template bool PairFinder::stream(const BoxView<Dim, T>&, PairSink, const Filter&);                       \
     template bool PairFinder::stream(const BoxView<Dim, T>&, const BoxView<Dim, T>&, PairSink,               \
                                      const CrossFilter&);                                                    \
-    template PairBuffer PairFinder::take(const BoxView<Dim, T>&, const Filter&, Order);                      \
-    template PairBuffer PairFinder::take(const BoxView<Dim, T>&, const BoxView<Dim, T>&, const CrossFilter&, \
-                                         Order);                                                             \
     template void PairFinderAccess::find(PairFinder&, const BoxView<Dim, T>&, Selection, PairBuffer&);       \
     template void PairFinderAccess::find(PairFinder&, const BoxView<Dim, T>&, const BoxView<Dim, T>&,        \
                                          Selection, PairBuffer&);

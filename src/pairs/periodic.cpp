@@ -144,7 +144,8 @@ struct PeriodicImages<Dim, T>::Implementation
           surveys(given.memory),
           category(given.memory),
           mask(given.memory),
-          owner(given.memory)
+          owner(given.memory),
+          vertices(given.memory)
     {
     }
 
@@ -157,6 +158,7 @@ struct PeriodicImages<Dim, T>::Implementation
     std::pmr::vector<std::uint8_t> axes; ///< of ImageRule, if there are walls
     std::pmr::vector<Survey<Dim, T>> surveys;
     std::pmr::vector<std::uint32_t> category, mask, owner;
+    std::pmr::vector<std::array<std::uint32_t, 3>> vertices;
     ImageRule rule;
     Accept accept{};
 
@@ -381,19 +383,22 @@ struct PeriodicImages<Dim, T>::Implementation
     {
         const InUse use(in_use, "PeriodicImages");
         check_filter(given, originals);
+        if (given.ghosts != 0)
+            throw Error(ErrorCode::invalid_argument, "filter ghosts is " + std::to_string(given.ghosts) +
+                                                         ": periodic space has no ghosts");
         const std::uint32_t size = static_cast<std::uint32_t>(boxes.size());
-        const auto spread = [&](const StridedView<std::uint32_t>& values,
-                                std::pmr::vector<std::uint32_t>& out) {
-            if (values.empty()) return StridedView<std::uint32_t>{};
+        const auto spread = [&]<class Value>(const StridedView<Value>& values, std::pmr::vector<Value>& out) {
+            if (values.empty()) return StridedView<Value>{};
             out.resize(size);
             for (std::uint32_t i = 0; i < size; ++i)
                 out[i] = values[origin[i]];
-            return StridedView<std::uint32_t>(out);
+            return StridedView<Value>(out);
         };
         Filter all;
         all.category = spread(given.category, category);
         all.mask = spread(given.mask, mask);
         all.owner = spread(given.owner, owner);
+        all.vertices = spread(given.vertices, vertices);
         rule = {static_cast<std::uint32_t>(originals), axes};
         all.images = &rule;
         accept = {this, given.accept};

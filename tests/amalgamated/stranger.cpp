@@ -67,7 +67,7 @@ void catch_an_error()
     const jostle::Aabb2d boxes[] = {{{0, 0}, {1, 1}},
                                     {{0, std::numeric_limits<double>::quiet_NaN()}, {1, 1}}};
     try {
-        (void)jostle::find_pairs<2, double>(boxes);
+        (void)jostle::find_pairs(boxes);
     } catch (const jostle::Error& error) {
         require(error.index() == 1, "the error names box 1");
         return;

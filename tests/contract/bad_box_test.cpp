@@ -272,6 +272,15 @@ TEST(BadFilter, ColumnsOfTheWrongLength)
     expect({r, {}, {}, {}}, "mask");
     expect({{}, r, {}, {}}, "category");
     expect({{}, {}, w, {}}, "owner");
+    const std::vector<std::array<std::uint32_t, 3>> nine(9);
+    jostle::Filter vertices;
+    vertices.vertices = std::span(nine);
+    expect(vertices, "vertices has 9 entries for 10");
+    jostle::Filter ghosts;
+    ghosts.ghosts = 11;
+    expect(ghosts, "ghosts is 11 for 10");
+    ghosts.ghosts = 10;
+    EXPECT_EQ(jostle::find_pairs(view, ghosts).size(), 0u);
     const std::string message = error_of([&] { (void)jostle::find_pairs(view, {{}, {}, w, {}}); }).what();
     for (const char* part : {"9", "10"})
         EXPECT_NE(message.find(part), std::string::npos) << message;

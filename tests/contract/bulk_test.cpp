@@ -99,6 +99,9 @@ std::string check_scene(Random& random, jostle::PairFinder& shared, std::uint64_
     question.columns_a = random_columns(random, question.a.size(), masks, owners);
     question.columns_b = random_columns(random, question.b.size(), masks, owners);
     question.accept_salt = random.one_in(4) ? random.next() | 1 : 0;
+    if (!question.cross && random.one_in(4))
+        question.ghosts = random.below(static_cast<std::uint32_t>(question.a.size() + 1));
+    if (!question.cross && random.one_in(4)) question.vertices = random_vertices(random, question.a.size());
 
     Manner manner;
     manner.form = static_cast<Manner::Form>(random.below(Manner::forms));

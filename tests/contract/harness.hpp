@@ -258,6 +258,8 @@ std::vector<Pair> ask(const Question<Dim, T>& question, const Manner& manner = {
         return go(filter, a.view(), b.view());
     }
     jostle::Filter filter{column(of_a.category), column(of_a.mask), column(of_a.owner), {}};
+    filter.ghosts = question.ghosts;
+    filter.vertices = std::span<const std::array<std::uint32_t, 3>>(question.vertices);
     if (question.accept_salt != 0) filter.accept = accept;
     return go(filter, a.view());
 }
@@ -280,6 +282,16 @@ inline Columns random_columns(Random& random, std::size_t n, bool masks, bool ow
         if (owners) columns.owner.push_back(random.one_in(4) ? jostle::Filter::no_owner : random.below(4));
     }
     return columns;
+}
+
+/// Few numbers for many objects, so that some share one, and some objects with fewer than three.
+inline std::vector<std::array<std::uint32_t, 3>> random_vertices(Random& random, std::size_t n)
+{
+    std::vector<std::array<std::uint32_t, 3>> vertices(n);
+    for (auto& each : vertices)
+        for (std::uint32_t& vertex : each)
+            vertex = random.one_in(3) ? jostle::Filter::no_owner : random.below(12);
+    return vertices;
 }
 
 template <int Dim, class T>

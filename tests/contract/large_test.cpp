@@ -159,6 +159,8 @@ void check_large(const LargeScene& scene, std::uint64_t seed, std::uint64_t& fou
         question.columns_a = random_columns(random, question.a.size(), true, true);
         question.columns_b = random_columns(random, question.b.size(), true, true);
     }
+    if (!question.cross && random.one_in(4))
+        question.ghosts = random.below(static_cast<std::uint32_t>(question.a.size() + 1));
     const std::vector<Pair> expected = large_oracle(question);
     found += expected.size();
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <numeric>
 #include <vector>
@@ -37,6 +38,8 @@ struct Question
     Boxes<Dim, T> a{}, b{};
     bool cross = false;
     Columns columns_a{}, columns_b{};
+    std::size_t ghosts = 0; ///< so many at the end of `a`, where it is the only set
+    std::vector<std::array<std::uint32_t, 3>> vertices{}; ///< of `a`, where it is the only set; or none
     std::uint64_t accept_salt = 0; ///< not 0: the callback refuses a quarter of all pairs, picked by this
 };
 
@@ -49,6 +52,7 @@ inline bool accepts(std::uint64_t salt, std::uint32_t a, std::uint32_t b)
 template <int Dim, class T>
 bool forbidden(const Question<Dim, T>& question, std::uint32_t a, std::uint32_t b)
 {
+    if (std::min(a, b) + question.ghosts >= question.a.size() && !question.cross) return true;
     const Columns& of_a = question.columns_a;
     const Columns& of_b = question.cross ? question.columns_b : question.columns_a;
     if (!of_a.category.empty()) {
@@ -56,6 +60,11 @@ bool forbidden(const Question<Dim, T>& question, std::uint32_t a, std::uint32_t 
         if ((of_b.category[b] & of_a.mask[a]) == 0) return true;
     }
     if (!of_a.owner.empty() && of_a.owner[a] == of_b.owner[b] && of_a.owner[a] != 0xffffffffu) return true;
+    if (!question.cross && !question.vertices.empty())
+        for (const std::uint32_t vertex : question.vertices[a])
+            if (vertex != 0xffffffffu &&
+                std::count(question.vertices[b].begin(), question.vertices[b].end(), vertex) > 0)
+                return true;
     return !accepts(question.accept_salt, a, b);
 }
 

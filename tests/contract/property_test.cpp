@@ -67,6 +67,9 @@ Question<Dim, T> a_question(bool cross)
     question.columns_a = random_columns(random, question.a.size(), masks, owners);
     question.columns_b = random_columns(random, question.b.size(), masks, owners);
     question.accept_salt = *rc::gen::element<std::uint64_t>(0, 0, 7);
+    if (!cross && *rc::gen::arbitrary<bool>())
+        question.ghosts = *rc::gen::inRange<std::size_t>(0, question.a.size() + 1);
+    if (!cross && *rc::gen::arbitrary<bool>()) question.vertices = random_vertices(random, question.a.size());
     return question;
 }
 
@@ -168,6 +171,8 @@ TEST(Property, FiltersKeepTheOrder)
         const std::vector<Pair> filtered = ask(question);
         const auto filters = question;
         question.columns_a = question.columns_b = {};
+        question.ghosts = 0;
+        question.vertices.clear();
         question.accept_salt = 0;
         std::vector<Pair> all = ask(question);
         std::erase_if(all, [&](const Pair& pair) { return forbidden(filters, pair.a, pair.b); });

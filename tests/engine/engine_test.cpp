@@ -49,6 +49,15 @@ TEST(Slices, BeyondTheEnginesNumbersTheAnswerIsTheSame)
         EXPECT_EQ(finder.find(boxes, filter, Order::sorted).to_vector(),
                   find_pairs_brute_force(boxes, filter));
 
+        // Ghosts don't meet ghosts.
+        for (const std::size_t ghosts : {1u, 333u, 1'000u, 1'900u, 2'000u}) {
+            Filter of_ghosts;
+            of_ghosts.ghosts = ghosts;
+            EXPECT_EQ(finder.find(boxes, of_ghosts, Order::sorted).to_vector(),
+                      find_pairs_brute_force(boxes, of_ghosts))
+                << slice << ' ' << ghosts;
+        }
+
         // Images don't meet images.
         PeriodicImages3f images;
         images.build(boxes, {period, period, 0});
@@ -403,7 +412,7 @@ TEST(Apart, IsOfNoUseWhereMostOfAWindowIsOfTheOtherSet)
     }
 }
 
-TEST(Sets, ABrickIsKnownToHoldBoth)
+TEST(Sets, ABrickIsKnownToHoldWhatMayPair)
 {
     for (const bool as_given : {true, false})
         for (const std::uint32_t a : {0u, 1u, 32u, 100u})
@@ -417,10 +426,19 @@ TEST(Sets, ABrickIsKnownToHoldBoth)
                 store.close();
                 none.close();
                 const engine::BrickStore* const stores[] = {&none, &store};
-                EXPECT_EQ(engine::holds_both_sets({stores, 2}, 1, as_given), a != 0 && b != 0)
-                    << a << ' ' << b;
-                EXPECT_FALSE(engine::holds_both_sets({stores, 2}, 0, as_given));
+                EXPECT_EQ(engine::may_pair({stores, 2}, 1, as_given), a != 0 && b != 0) << a << ' ' << b;
+                EXPECT_FALSE(engine::may_pair({stores, 2}, 0, as_given));
             }
+    for (const bool as_given : {true, false})
+        for (const std::uint32_t own : {0u, 1u, 32u}) { // one set, of which the last are ghosts
+            engine::BrickStore store(std::pmr::get_default_resource());
+            store.clear(1);
+            for (std::uint32_t i = 0; i < 64; ++i)
+                store.append(0, {{0, 0, 0}, i | (i < own ? 0 : engine::side_a)});
+            store.close();
+            const engine::BrickStore* const stores[] = {&store};
+            EXPECT_EQ(engine::may_pair({stores, 1}, 0, as_given), own != 0) << own;
+        }
     // In a nested grid, where records are sorted along an axis, any of them may be of the other set.
     engine::BrickStore store(std::pmr::get_default_resource());
     store.clear(1);
@@ -428,7 +446,7 @@ TEST(Sets, ABrickIsKnownToHoldBoth)
         store.append(0, {{0, 0, 0}, i | (i != 50 ? engine::side_a : engine::side_b)});
     store.close();
     const engine::BrickStore* const stores[] = {&store};
-    EXPECT_TRUE(engine::holds_both_sets({stores, 1}, 0, false));
+    EXPECT_TRUE(engine::may_pair({stores, 1}, 0, false));
 }
 
 /// Every instruction set must turn boxes into the very same records.

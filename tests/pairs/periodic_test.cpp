@@ -237,10 +237,12 @@ TEST(Periodic, PassesFiltersOn)
         for (int round = 0; round < 200; ++round) {
             const auto scene = make_scene<Dim, T>(random, 40);
             std::vector<std::uint32_t> category, mask, owner;
+            std::vector<std::array<std::uint32_t, 3>> vertices;
             for (std::size_t i = 0; i < scene.boxes.size(); ++i) {
                 category.push_back(random.below(4));
                 mask.push_back(random.below(4));
                 owner.push_back(random.one_in(3) ? Filter::no_owner : random.below(3));
+                vertices.push_back({random.below(9), Filter::no_owner, 9 + random.below(9)});
             }
             const std::uint64_t salt = random.one_in(2) ? random.next() : 0;
             const auto accept = [&](std::uint32_t a, std::uint32_t b) {
@@ -249,6 +251,7 @@ TEST(Periodic, PassesFiltersOn)
             Filter filter;
             if (random.one_in(2)) filter.category = category, filter.mask = mask;
             if (random.one_in(2)) filter.owner = owner;
+            if (random.one_in(2)) filter.vertices = vertices;
             if (salt != 0) filter.accept = accept;
             images.build(scene.boxes, scene.period);
             const auto expected = by_definition(scene.boxes, scene.period, [&](auto a, auto b) {
@@ -257,12 +260,19 @@ TEST(Periodic, PassesFiltersOn)
                     return false;
                 if (!filter.owner.empty() && owner[a] == owner[b] && owner[a] != Filter::no_owner)
                     return false;
+                for (const std::uint32_t vertex : vertices[a])
+                    if (!filter.vertices.empty() && vertex != Filter::no_owner &&
+                        std::count(vertices[b].begin(), vertices[b].end(), vertex) != 0)
+                        return false;
                 return accept(a, b);
             });
             ASSERT_EQ(found(images, filter), expected) << round;
         }
         const std::vector<std::uint32_t> few(39);
         EXPECT_THROW((void)images.filter({.owner = few}), jostle::Error);
+        Filter ghosts;
+        ghosts.ghosts = 1;
+        EXPECT_THROW((void)images.filter(ghosts), jostle::Error);
     });
 }
 

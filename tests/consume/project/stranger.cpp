@@ -24,7 +24,7 @@ bool error_arrives()
     const std::vector<jostle::Aabb2d> boxes = {{{0, 0}, {1, 1}},
                                                {{0, std::numeric_limits<double>::quiet_NaN()}, {1, 1}}};
     try {
-        (void)jostle::find_pairs<2, double>(boxes);
+        (void)jostle::find_pairs(boxes);
     } catch (const jostle::Error& error) {
         return error.code() == jostle::ErrorCode::nan_coordinate && error.index() == 1;
     }
