@@ -52,6 +52,8 @@ struct MovingAllocator
 
 /// The `Error` for an array that is too short for a buffer's items.
 [[noreturn]] JOSTLE_API void throw_no_room(std::uint64_t room, std::uint64_t size);
+/// The `Error` for a number that no item has.
+[[noreturn]] JOSTLE_API void throw_no_item(std::uint64_t number, std::uint64_t size);
 
 } // namespace detail
 
@@ -150,6 +152,18 @@ class BlockBuffer
     [[nodiscard]] bool empty() const noexcept { return size_ == 0; }
     /// The items, in order; no block is empty.
     [[nodiscard]] std::span<const std::span<const Item>> blocks() const noexcept { return blocks_; }
+
+    /// The item of this number, in the buffer's order. Goes through the blocks up to it, so not for loops.
+    /// Errors    `Error` if there are fewer items.
+    [[nodiscard]] const Item& at(std::uint64_t number) const
+    {
+        std::uint64_t left = number;
+        for (const std::span<const Item> block : blocks_) {
+            if (left < block.size()) return block[static_cast<std::size_t>(left)];
+            left -= block.size();
+        }
+        detail::throw_no_item(number, size_);
+    }
 
     [[nodiscard]] Iterator begin() const noexcept
     {

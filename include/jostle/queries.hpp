@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <iterator>
 #include <limits>
+#include <memory>
 #include <memory_resource>
 #include <optional>
 #include <span>
@@ -277,13 +278,16 @@ class Queries
     // --- Pairs ---
 
     /// Finds all pairs of one of `boxes` and an object whose closed box it touches, ascending by (a, b): a is
-    /// the position in `boxes`, b the id in a BoxIndex, the index of the id in a World. Refills `out`. Runs
+    /// the position in `boxes`, b the id in a BoxIndex, the index of the id in a World. Refills `out`, a
+    /// std::vector or std::pmr::vector. Runs
     /// on the executor and in memory that the structure keeps, so one call at a time; a steady batch
     /// allocates nothing. `filters`: one for all boxes, or one for each.
     /// Costs less than any other way while a box has few results. With about 140 each, a PairFinder that is
     /// given both sets takes half the time, as results needn't be sorted by box there.
-    template <FiltersOf<Filter> Filters = Filter>
-    void join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out, const Filters& filters = {})
+    template <FiltersOf<Filter> Filters = Filter, class Allocator>
+        requires std::same_as<Allocator, std::allocator<Pair>> ||
+                 std::same_as<Allocator, std::pmr::polymorphic_allocator<Pair>>
+    void join(const BoxView<Dim, T>& boxes, std::vector<Pair, Allocator>& out, const Filters& filters = {})
     {
         join_into(boxes, out, filters);
     }
@@ -462,7 +466,8 @@ class Queries
                      ResultLists<ShapeAnswer<Query>>& out, const Filters& filters,
                      std::uint64_t max_results) const;
     [[nodiscard]] Executor& executor() const noexcept;
-    void join_into(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out, const Filters& filters);
+    template <class Allocator>
+    void join_into(const BoxView<Dim, T>& boxes, std::vector<Pair, Allocator>& out, const Filters& filters);
     bool visit_joined(const BoxView<Dim, T>& boxes, JoinVisitor visitor, const Filters& filters) const;
 };
 

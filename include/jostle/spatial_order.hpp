@@ -57,7 +57,7 @@ template <class Array>
 using ValueIn = std::remove_reference_t<decltype(*std::data(std::declval<Array&>()))>;
 
 template <class Array>
-void apply_order_to(std::span<const std::uint32_t> order, Array& array)
+void apply_order_to(Executor* executor, std::span<const std::uint32_t> order, Array& array)
 {
     using Value = ValueIn<Array>;
     struct Free
@@ -70,7 +70,7 @@ void apply_order_to(std::span<const std::uint32_t> order, Array& array)
     const std::unique_ptr<Value, Free> sorted(std::allocator<Value>().allocate(count), Free{count});
     Value* const from = std::data(array);
     Value* const to = sorted.get();
-    constexpr ProcessOptions blocks{nullptr, 4096};
+    const ProcessOptions blocks{executor, 4096};
     process_items(
         count,
         [&](std::uint64_t begin, std::uint64_t end, Work) {
@@ -88,6 +88,19 @@ void apply_order_to(std::span<const std::uint32_t> order, Array& array)
         },
         blocks);
 }
+
+template <class... Arrays>
+void apply_order_on(Executor* executor, std::span<const std::uint32_t> order, Arrays&... arrays)
+{
+    std::size_t number = 0;
+    const auto check = [&](std::size_t size) {
+        if (size != order.size()) throw_not_ordered(order.size(), size, number);
+        ++number;
+    };
+    (check(std::size(arrays)), ...);
+    check_order(order);
+    (apply_order_to(executor, order, arrays), ...);
+}
 } // namespace detail
 
 /// Puts the elements of arrays into an order: the k-th becomes the one that was at order[k].
@@ -101,19 +114,19 @@ void apply_order_to(std::span<const std::uint32_t> order, Array& array)
 /// Errors    `Error`, before anything is moved: size_mismatch for an array that is longer or shorter;
 ///           invalid_argument for an order that doesn't have every position once. `std::bad_alloc`, after
 ///           which some arrays may be in order and others not.
-/// Threads   works on default_executor(); one call at a time for the same arrays.
+/// Threads   works on default_executor(), or on the one that comes first; one call at a time for the same
+///           arrays.
 template <class... Arrays>
     requires(std::is_nothrow_move_constructible_v<detail::ValueIn<Arrays>> && ...)
 void apply_order(std::span<const std::uint32_t> order, Arrays&&... arrays)
 {
-    std::size_t number = 0;
-    const auto check = [&](std::size_t size) {
-        if (size != order.size()) detail::throw_not_ordered(order.size(), size, number);
-        ++number;
-    };
-    (check(std::size(arrays)), ...);
-    detail::check_order(order);
-    (detail::apply_order_to(order, arrays), ...);
+    detail::apply_order_on(nullptr, order, arrays...);
+}
+template <class... Arrays>
+    requires(std::is_nothrow_move_constructible_v<detail::ValueIn<Arrays>> && ...)
+void apply_order(Executor& executor, std::span<const std::uint32_t> order, Arrays&&... arrays)
+{
+    detail::apply_order_on(&executor, order, arrays...);
 }
 
 JOSTLE_NAMESPACE_END

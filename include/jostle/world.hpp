@@ -209,10 +209,18 @@ class JOSTLE_API World : public Queries<World<Dim, T>, Dim, T, ObjectId, ObjectQ
 
     // --- Commands: queued, from any thread at any time ---
 
-    /// Adds an object. Its id is good at once; the object is there from the next update on.
+    /// Adds an object. Its id is good at once; the object is there from the next update on. One that is on
+    /// its way already takes a second command: move(id, box, displacement).
     ObjectId add(const Box& box, const Options& options = {});
-    /// Adds an object for each box; ids[i] becomes the id of the one for boxes[i].
+    /// Adds an object for each box; ids[i] becomes the id of the one for boxes[i]. `options`: one for all, or
+    /// a vector, array or span with one for each.
     void add(const Boxes& boxes, std::span<ObjectId> ids, const Options& options = {});
+    template <class Many>
+        requires std::convertible_to<const Many&, std::span<const ObjectOptions<T>>>
+    void add(const Boxes& boxes, std::span<ObjectId> ids, const Many& options_of_each)
+    {
+        add_each(boxes, ids, options_of_each);
+    }
     void remove(ObjectId id);
     void remove(std::span<const ObjectId> ids);
 
@@ -403,6 +411,7 @@ class JOSTLE_API World : public Queries<World<Dim, T>, Dim, T, ObjectId, ObjectQ
 
   private:
     friend class Queries<World, Dim, T, ObjectId, ObjectQueryFilter>;
+    void add_each(const Boxes& boxes, std::span<ObjectId> ids, std::span<const Options> options);
     std::unique_ptr<Implementation> implementation_;
 };
 

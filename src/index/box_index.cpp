@@ -116,14 +116,20 @@ struct BoxIndex<Dim, T>::Implementation
     }
 
     /// Of boxes and a tree's objects, in the working memory of this index.
-    void join(const index::Tree<Dim, T>& with, const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& pairs)
+    template <class Allocator>
+    void join(const index::Tree<Dim, T>& with, const BoxView<Dim, T>& boxes,
+              std::vector<Pair, Allocator>& pairs)
     {
         index::check_joined(boxes);
-        joins.run(with, *tasks, boxes, pairs);
+        joins.run(with, *tasks, boxes, [&](std::size_t size) {
+            pairs.resize(size); // what is there already needn't be cleared
+            return pairs.data();
+        });
     }
-    void join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out, const Filters& filters)
+    template <class Allocator>
+    void join(const BoxView<Dim, T>& boxes, std::vector<Pair, Allocator>& out, const Filters& filters)
     {
-        std::pmr::vector<Pair> pairs(std::move(out)); // if anything below throws, the result is empty
+        std::vector<Pair, Allocator> pairs(std::move(out)); // if anything below throws, the result is empty
         out.clear();
         check_filters(filters, boxes.size());
         join(tree, boxes, pairs);
@@ -326,9 +332,9 @@ void BoxIndex<Dim, T>::move(std::span<const std::uint32_t> ids, const BoxView<Di
     all.tree.put(ids, boxes);
 }
 
-template <int Dim, Coordinate T>
+template <int Dim, Coordinate T, class Allocator>
 void BoxIndexAccess::join(BoxIndex<Dim, T>& index, const index::Tree<Dim, T>& tree,
-                          const Boxes<Dim, T>& boxes, std::pmr::vector<Pair>& out)
+                          const Boxes<Dim, T>& boxes, std::vector<Pair, Allocator>& out)
 {
     index.implementation_->join(tree, boxes, out);
 }
@@ -428,6 +434,8 @@ using IndexQueries = Queries<BoxIndex<Dim, T>, Dim, T, std::uint32_t, QueryFilte
     template class JOSTLE_API BoxIndex<Dim, T>;                                                              \
     template index::Tree<Dim, T>& BoxIndexAccess::tree(BoxIndex<Dim, T>&) noexcept;                          \
     template const index::Tree<Dim, T>& BoxIndexAccess::tree(const BoxIndex<Dim, T>&) noexcept;              \
+    template void BoxIndexAccess::join(BoxIndex<Dim, T>&, const index::Tree<Dim, T>&,                        \
+                                       const BoxView<Dim, T>&, std::vector<Pair>&);                          \
     template void BoxIndexAccess::join(BoxIndex<Dim, T>&, const index::Tree<Dim, T>&,                        \
                                        const BoxView<Dim, T>&, std::pmr::vector<Pair>&);                     \
     template void BoxIndexAccess::look_around(BoxIndex<Dim, T>&, const BoxView<Dim, T>&);                    \

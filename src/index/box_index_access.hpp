@@ -26,9 +26,9 @@ class BoxIndexAccess
     template <int Dim, Coordinate T>
     [[nodiscard]] static const index::Tree<Dim, T>& tree(const BoxIndex<Dim, T>& index) noexcept;
     /// BoxIndex::join with the objects of any tree, in the working memory of an index.
-    template <int Dim, Coordinate T>
+    template <int Dim, Coordinate T, class Allocator>
     static void join(BoxIndex<Dim, T>& index, const index::Tree<Dim, T>& tree, const Boxes<Dim, T>& boxes,
-                     std::pmr::vector<Pair>& out);
+                     std::vector<Pair, Allocator>& out);
     /// Finds what valid boxes touch, for `around`, which returns it for box k, in any order and until the
     /// next call.
     template <int Dim, Coordinate T>

@@ -88,7 +88,11 @@ struct World<Dim, T>::Implementation
     explicit Implementation(const WorldOptions& options);
 
     [[nodiscard]] Executor& executor() const noexcept { return *state.executor; }
-    void join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out, const Filters& filters);
+    /// One set of options for all, or one for each box.
+    void add(const BoxView<Dim, T>& boxes, std::span<ObjectId> ids, std::span<const ObjectOptions<T>> options,
+             bool one_each);
+    template <class Allocator>
+    void join(const BoxView<Dim, T>& boxes, std::vector<Pair, Allocator>& out, const Filters& filters);
     bool visit_joined(const BoxView<Dim, T>& boxes, JoinVisitor visitor, const Filters& filters) const;
     bool closest_pairs(const Implementation& other, ClosestVisitor visitor, T max_distance) const;
 

@@ -149,19 +149,41 @@ ObjectId World<Dim, T>::add(const Box& box, const Options& options)
 template <int Dim, Coordinate T>
 void World<Dim, T>::add(const Boxes& boxes, std::span<ObjectId> ids, const Options& options)
 {
+    implementation_->add(boxes, ids, {&options, 1}, false);
+}
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::add_each(const Boxes& boxes, std::span<ObjectId> ids, std::span<const Options> options)
+{
+    implementation_->add(boxes, ids, options, true);
+}
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::add(const BoxView<Dim, T>& boxes, std::span<ObjectId> ids,
+                                        std::span<const ObjectOptions<T>> options, bool one_each)
+{
     world::check_view(ids.size(), boxes);
+    if (one_each && options.size() != boxes.size())
+        throw Error(ErrorCode::size_mismatch, std::to_string(options.size()) + " options for " +
+                                                  std::to_string(boxes.size()) +
+                                                  " boxes; give one for each, or one for all");
     check_boxes_of(boxes, "to be added ");
-    world::check_own_margin<T>(options.margin, implementation_->state.margin, " of new objects",
-                               Error::no_index);
-    implementation_->check_own();
-    implementation_->queues.with_own_queue([&](world::Queue<Dim, T>& queue) {
+    if (one_each)
+        for (std::size_t i = 0; i < options.size(); ++i)
+            world::check_own_margin<T>(options[i].margin, state.margin, " of new object ", i);
+    else
+        world::check_own_margin<T>(options[0].margin, state.margin, " of new objects", Error::no_index);
+    check_own();
+    const auto of = [&](std::size_t i) -> const ObjectOptions<T>& { return options[one_each ? i : 0]; };
+    const auto has_data = [](const ObjectOptions<T>& each) { return each.user_data != 0; };
+    queues.with_own_queue([&](world::Queue<Dim, T>& queue) {
         world::reserve_more(queue.additions, ids.size());
-        implementation_->state.ids.take(ids, [&](std::span<const ObjectId> taken) {
-            if (options.user_data != 0 || implementation_->user_data.any())
-                implementation_->user_data.set(taken, options.user_data);
+        state.ids.take(ids, [&](std::span<const ObjectId> taken) {
+            if (user_data.any() || std::any_of(options.begin(), options.end(), has_data))
+                user_data.set(taken, [&](std::size_t i) { return of(i).user_data; });
         });
         for (std::size_t i = 0; i < ids.size(); ++i)
-            queue.additions.push_back({ids[i], boxes[i], options});
+            queue.additions.push_back({ids[i], boxes[i], of(i)});
     });
 }
 

@@ -39,6 +39,9 @@ TEST(Join, WithFilters)
         EXPECT_GT(expected.size(), 500u);
         index.join(batch, found, given);
         EXPECT_EQ(found, expected);
+        std::vector<Pair> plain(7, Pair{1, 1});
+        index.join(batch, plain, given);
+        EXPECT_TRUE(std::equal(plain.begin(), plain.end(), expected.begin(), expected.end()));
         EXPECT_TRUE(index.join(
             batch,
             [&](std::uint32_t a, std::uint32_t b) {
@@ -61,6 +64,9 @@ TEST(Join, WithFilters)
     std::pmr::vector<Pair> pairs(3);
     EXPECT_THROW(index.join(batch, pairs, std::span<const QueryFilter>(filters).first(7)), Error);
     EXPECT_TRUE(pairs.empty());
+    std::vector<Pair> plain(3);
+    EXPECT_THROW(index.join(batch, plain, std::span<const QueryFilter>(filters).first(7)), Error);
+    EXPECT_TRUE(plain.empty());
 }
 
 } // namespace

@@ -146,6 +146,24 @@ TEST(ApplyOrder, PutsArraysOfAllKindsInOrder)
     EXPECT_EQ(more[n], static_cast<double>(n) + 0.5);
     std::array<int, 0> nothing{};
     apply_order({}, nothing);
+    // On the executor that it is told, which here counts.
+    struct Counting : Executor
+    {
+        [[nodiscard]] std::uint32_t concurrency() const noexcept override { return 2; }
+        void run(std::uint32_t count, FunctionRef<void(std::uint32_t)> task) override
+        {
+            ++runs;
+            for (std::uint32_t i = 0; i < count; ++i)
+                task(i);
+        }
+        int runs = 0;
+    } counting;
+    std::vector<std::uint32_t> many(20'000), backwards(20'000);
+    for (std::uint32_t i = 0; i < 20'000; ++i)
+        many[i] = i, backwards[i] = 19'999 - i;
+    apply_order(counting, backwards, many);
+    EXPECT_EQ(many, backwards);
+    EXPECT_EQ(counting.runs, 2);
 }
 
 TEST(ApplyOrder, RefusesWhatIsNoOrderAndMovesNothing)

@@ -63,6 +63,14 @@ TEST(PairBuffer, GoesThroughItsBlocksInOrder)
     std::vector<Pair> copy(9);
     buffer.copy_to(copy);
     EXPECT_EQ(copy, counted(9));
+    for (std::uint32_t i = 0; i < 9; ++i)
+        EXPECT_EQ(buffer.at(i), copy[i]);
+    try {
+        (void)buffer.at(9);
+        FAIL() << "no error";
+    } catch (const Error& error) {
+        EXPECT_STREQ(error.what(), "there is no item 9: there are 9");
+    }
 }
 
 TEST(PairBuffer, RefillsInTheSameMemory)

@@ -54,6 +54,64 @@ TEST(Commands, OfEqualSequencesOfOneThreadTheLaterWins)
     }
 }
 
+TEST(Commands, ManyAreAddedWithOptionsOfTheirOwn)
+{
+    World3f one_by_one, at_once;
+    std::vector<World3f::Box> boxes;
+    std::vector<World3f::Options> options;
+    for (std::uint32_t i = 0; i < 40; ++i) {
+        boxes.push_back(cube(static_cast<float>(i)));
+        options.push_back({.filter = {.category = 1u << i % 3, .mask = 3, .owner = i / 2},
+                           .enabled = i % 5 != 0,
+                           .margin = static_cast<float>(i) / 64,
+                           .user_data = i % 7});
+    }
+    std::vector<ObjectId> ids(40), expected;
+    for (std::size_t i = 0; i < 40; ++i)
+        expected.push_back(one_by_one.add(boxes[i], options[i]));
+    at_once.add(boxes, ids, options);
+    EXPECT_EQ(ids, expected);
+    one_by_one.update();
+    at_once.update();
+    for (std::size_t i = 0; i < 40; ++i) {
+        EXPECT_EQ(at_once.filter(ids[i]), options[i].filter);
+        EXPECT_EQ(at_once.enabled(ids[i]), options[i].enabled);
+        EXPECT_EQ(at_once.margin(ids[i]), options[i].margin);
+        EXPECT_EQ(at_once.user_data(ids[i]), options[i].user_data);
+    }
+    EXPECT_GT(at_once.began().size(), 5u);
+    EXPECT_TRUE(std::equal(at_once.began().begin(), at_once.began().end(), one_by_one.began().begin(),
+                           one_by_one.began().end()));
+    std::vector<jostle::Pair> joined;
+    std::pmr::vector<jostle::Pair> joined_elsewhere;
+    at_once.join(boxes, joined);
+    at_once.join(boxes, joined_elsewhere);
+    EXPECT_GT(joined.size(), 40u);
+    EXPECT_TRUE(std::equal(joined.begin(), joined.end(), joined_elsewhere.begin(), joined_elsewhere.end()));
+
+    // All or none.
+    const auto refused = [&](const char* words, std::uint64_t index) {
+        try {
+            at_once.add(boxes, ids, options);
+            ADD_FAILURE() << "no error";
+        } catch (const jostle::Error& error) {
+            EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
+            EXPECT_EQ(error.index(), index);
+        }
+    };
+    options[17].margin = options[23].margin = -1;
+    refused("margin -1 of new object 17", 17);
+    options.pop_back();
+    refused("39 options for 40 boxes", jostle::Error::no_index);
+    at_once.update();
+    EXPECT_EQ(at_once.size(), 40u);
+    std::vector<ObjectId> more(40);
+    at_once.add(boxes, more, {.margin = 0.25f}); // one for all
+    at_once.update();
+    EXPECT_EQ(at_once.margin(more[39]), 0.25f);
+    EXPECT_EQ(at_once.user_data(more[39]), 0u);
+}
+
 TEST(Commands, AMoveInPlaceIsOneOfTheCommandsWithSequenceZero)
 {
     World3f world;

@@ -204,11 +204,11 @@ std::span<const Seen<Dim, T>> Join<Dim, T>::around(std::size_t position) const n
 
 template <int Dim, class T>
 void Join<Dim, T>::run(const Tree<Dim, T>& tree, Executor& executor, const BoxView<Dim, T>& boxes,
-                       std::pmr::vector<Pair>& out)
+                       FunctionRef<Pair*(std::size_t pairs)> make_room)
 {
     const auto count = static_cast<std::uint32_t>(boxes.size());
     if (count == 0 || tree.size() == 0) {
-        out.clear();
+        make_room(0);
         return;
     }
     Executor& used = executor_for(executor, count);
@@ -221,10 +221,10 @@ void Join<Dim, T>::run(const Tree<Dim, T>& tree, Executor& executor, const BoxVi
         if (i % positions_per_claim == 0) first[i / positions_per_claim] = total;
         total += lists[i].count;
     }
-    out.resize(static_cast<std::size_t>(total)); // what is there already needn't be cleared
+    Pair* const out = make_room(static_cast<std::size_t>(total));
     process_items(count,
                   [&](std::uint64_t begin, std::uint64_t end, Work work) {
-                      Pair* to = out.data() + first[work.block];
+                      Pair* to = out + first[work.block];
                       for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i) {
                           const List& list = lists[i];
                           const std::uint32_t* const ids = slots_[list.slot]->ids.data() + list.begin;

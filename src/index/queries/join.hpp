@@ -23,9 +23,9 @@ class Join
     explicit Join(const IndexOptions& options);
     ~Join();
 
-    /// Refills `out`; if it throws, something is in it.
+    /// Writes the pairs where `make_room`, called once with their number, says that there is room for them.
     void run(const Tree<Dim, T>& tree, Executor& executor, const BoxView<Dim, T>& boxes,
-             std::pmr::vector<Pair>& out);
+             FunctionRef<Pair*(std::size_t pairs)> make_room);
     /// What each of the boxes touches, for `around`.
     void look_around(const Tree<Dim, T>& tree, Executor& executor, const BoxView<Dim, T>& boxes);
     /// In any order; valid until the next run.

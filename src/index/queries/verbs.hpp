@@ -211,8 +211,10 @@ void Queries<Structure, Dim, T, Id, Filter>::all_of_each(std::span<const Query> 
 // --- Pairs ---
 
 template <class Structure, int Dim, Coordinate T, class Id, class Filter>
+template <class Allocator>
 void Queries<Structure, Dim, T, Id, Filter>::join_into(const BoxView<Dim, T>& boxes,
-                                                       std::pmr::vector<Pair>& out, const Filters& filters)
+                                                       std::vector<Pair, Allocator>& out,
+                                                       const Filters& filters)
 {
     static_cast<Structure&>(*this).implementation_->join(boxes, out, filters);
 }
@@ -278,6 +280,8 @@ Executor& Queries<Structure, Dim, T, Id, Filter>::executor() const noexcept
                                                            ResultLists<Base<Dim, T>::Found>&,                \
                                                            const detail::QueryFilters<Filter>&) const;
 #define JOSTLE_COMPILE_QUERIES(Base, Filter, Dim, T)                                                         \
+    template JOSTLE_API void Base<Dim, T>::join_into(const BoxView<Dim, T>&, std::vector<Pair>&,             \
+                                                     const detail::QueryFilters<Filter>&);                   \
     template JOSTLE_API void Base<Dim, T>::join_into(const BoxView<Dim, T>&, std::pmr::vector<Pair>&,        \
                                                      const detail::QueryFilters<Filter>&);                   \
     template JOSTLE_API bool Base<Dim, T>::visit_joined(const BoxView<Dim, T>&, Base<Dim, T>::JoinVisitor,   \

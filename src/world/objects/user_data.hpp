@@ -43,14 +43,15 @@ class UserData
         }
         place->store(data, std::memory_order_relaxed);
     }
-    /// Of all these objects; if it fails, of none.
-    void set(std::span<const ObjectId> ids, std::uint64_t data)
+    /// Of all these objects, that of ids[i] is data_of(i); if it fails, of none.
+    template <class DataOf>
+    void set(std::span<const ObjectId> ids, const DataOf& data_of)
     {
         const std::lock_guard lock(mutex_);
-        for (const ObjectId id : ids)
-            if (data != of(id.index)) prepare(id.index, data);
-        for (const ObjectId id : ids)
-            put(id.index, data);
+        for (std::size_t i = 0; i < ids.size(); ++i)
+            if (data_of(i) != of(ids[i].index)) prepare(ids[i].index, data_of(i));
+        for (std::size_t i = 0; i < ids.size(); ++i)
+            put(ids[i].index, data_of(i));
     }
     [[nodiscard]] std::uint64_t of(std::uint32_t index) const noexcept
     {

@@ -243,13 +243,14 @@ inline ObjectQueryFilter masks_together(const detail::QueryFilters<ObjectQueryFi
 } // namespace world
 
 template <int Dim, Coordinate T>
-void World<Dim, T>::Implementation::join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out,
+template <class Allocator>
+void World<Dim, T>::Implementation::join(const BoxView<Dim, T>& boxes, std::vector<Pair, Allocator>& out,
                                          const Filters& filters)
 {
     using world::Index;
     filters.check(boxes.size());
     const InUse call = users.work();
-    std::pmr::vector<Pair> all(std::move(out)); // if anything below throws, the list is empty
+    std::vector<Pair, Allocator> all(std::move(out)); // if anything below throws, the list is empty
     out.clear();
     const ObjectQueryFilter masks = world::masks_together(filters, boxes.size());
     const Asking where(*this, masks, index::Visits::in_join);
