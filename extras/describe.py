@@ -25,6 +25,7 @@ TYPES = r"(?:const )?(?:unsigned )?\w+(?: ?\*(?: ?const ?\*)?\*?)?"
 def statements(text):
     """The header's declarations, each with the comment before it."""
     doc, statement, depth, out = [], "", 0, []
+    text = re.sub(r"^static inline .*?^}\n", "\n", text, flags=re.MULTILINE | re.DOTALL)  # nothing that other languages can call
     for line in text.splitlines():
         bare = line.strip()
         if not statement and bare.startswith("///"):

@@ -56,7 +56,7 @@ func main() {
 	check(C.jostle_bounds(C.JOSTLE_3F, objects, 0, nil, rows, &jerr))
 	boxes := (*C.jostle_boxes)(C.calloc(1, C.sizeof_jostle_boxes))
 	defer C.free(unsafe.Pointer(boxes))
-	check(C.jostle_boxes_strided(C.JOSTLE_3F, rows, unsafe.Add(rows, 12), n, 24, boxes, &jerr))
+	*boxes = C.jostle_boxes_strided(C.JOSTLE_3F, rows, unsafe.Add(rows, 12), n, 24)
 
 	var finder *C.jostle_finder
 	var narrow *C.jostle_contact_finder

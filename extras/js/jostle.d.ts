@@ -166,6 +166,8 @@ export interface Filter {
   categoryB?: Integers;
   maskB?: Integers;
   ownerB?: Integers;
+  /** The last so many boxes of one set are ghosts, which meet the others and not each other. */
+  ghosts?: number;
   /**
    * Asked last, for each pair that the rest lets through. With several threads the search runs on one if this
    * is given.

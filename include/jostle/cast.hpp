@@ -55,7 +55,8 @@ ray_cast(const Shape<Dim>& shape, const Pose<Dim, T>& pose, const Ray<Dim, T>& r
 /// doesn't. For shapes that turn see time_of_impact.
 ///
 /// Start     shapes that touch at the start hit at fraction 0, whichever way the one moves; normal, point and
-///           parts are those of a pair of parts that touches.
+///           parts are those of a pair of parts that touches. How deep they are then,
+///           distance(moving, pose, shape, shape_pose, 0) tells, and contacts() the ways out.
 /// Meshes    have no inside. A height field is the solid that it is, with sides and an underside.
 /// Exact     up to a billionth of the parts' size, and never later than the true touch but for rounding of
 ///           the way. Shapes that only graze each other may count as a hit or not. Half-spaces never meet.

@@ -36,6 +36,7 @@
 ///           jostle_error::callback_result. They are called from several threads at a time unless the comment
 ///           says otherwise; a serial executor (jostle_executor_serial) keeps them on the calling thread.
 
+#include <stddef.h>
 #include <stdint.h>
 
 #if defined(_WIN32) && defined(JOSTLE_SHARED) && defined(JOSTLE_BUILDING)
@@ -305,7 +306,8 @@ typedef struct jostle_frustum
 typedef struct jostle_queries
 {
     jostle_query_kind kind;
-    uint32_t nearest;     ///< of the nearest kinds: how many are wanted of each query; 0: one
+    uint32_t nearest;     ///< of the nearest kinds: how many are wanted of each query; 0, as in a struct of
+                          ///< zeros: one (C++ and Python, where it isn't the default, find none)
     jostle_values values; ///< numbers of the space, those of one query one after another. The stride is at
                           ///< least the size of a query, or that size and less than 0
     const jostle_objects* shapes; ///< of the kinds that have a shape, one for each query, whose number they
@@ -384,9 +386,22 @@ typedef struct jostle_options
 
 /// Boxes inside structs: `lo` and `hi` point to the dim consecutive coordinates of the first box, the next
 /// box's are `stride` bytes further on. For packed boxes hi is lo + dim numbers and stride 2 dim numbers.
-JOSTLE_C_API jostle_status jostle_boxes_strided(jostle_space space, const void* lo, const void* hi,
-                                                uint64_t count, int64_t stride, jostle_boxes* out,
-                                                jostle_error* error);
+/// Can't fail: whoever is given the boxes checks them. Other languages fill the struct in themselves.
+static inline jostle_boxes jostle_boxes_strided(jostle_space space, const void* lo, const void* hi,
+                                                uint64_t count, int64_t stride)
+{
+    jostle_boxes boxes = {{NULL, NULL, NULL}, {NULL, NULL, NULL}, 0, 0};
+    const int axes = space == JOSTLE_2F || space == JOSTLE_2D ? 2 : 3;
+    const int bytes = space == JOSTLE_2D || space == JOSTLE_3D ? 8 : 4; /* of a number */
+    int d;
+    for (d = 0; d < axes; ++d) {
+        if (lo != NULL) boxes.lo[d] = (const char*)lo + d * bytes;
+        if (hi != NULL) boxes.hi[d] = (const char*)hi + d * bytes;
+    }
+    boxes.count = count;
+    boxes.stride = stride;
+    return boxes;
+}
 /// Fails as every search would with these boxes, or does nothing. Cost: one pass.
 JOSTLE_C_API jostle_status jostle_boxes_check(jostle_space space, const jostle_boxes* boxes,
                                               jostle_error* error);
@@ -435,6 +450,8 @@ typedef struct jostle_filter
     jostle_values owner_b;
     jostle_accept_pair_function accept; ///< may be NULL
     void* context;
+    uint64_t ghosts;        ///< the last so many boxes of one set meet the others, and not each other
+    jostle_values vertices; ///< three uint32_t an object; with one in common, not UINT32_MAX, they don't pair
 } jostle_filter;
 
 /// 1: the pair of that scene is wanted. 0: it isn't.

@@ -384,8 +384,7 @@ using Mesh3 = Mesh<3>;
 /// the broad phase wants. Shapes that touch have boxes that overlap. A half-space's box is infinite, except
 /// on the side of its plane if that is perpendicular to an axis.
 ///
-/// Errors   `Error` for a negative margin. The box of an invalid pose has NaN bounds, which every search
-///          reports.
+/// Errors   `Error` for a negative margin and for an invalid pose, which it names.
 /// Source   Ericson, Real-Time Collision Detection (2005), sec. 4.2.6.
 template <int Dim, Coordinate T>
 [[nodiscard]] JOSTLE_API Aabb<Dim, T> bounds(const Shape<Dim>& shape, const Pose<Dim, T>& pose,

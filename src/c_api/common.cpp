@@ -265,28 +265,6 @@ jostle_status jostle_executor_run(jostle_executor* executor, uint32_t count,
 
 // --- Boxes ---
 
-jostle_status jostle_boxes_strided(jostle_space space, const void* lo, const void* hi, uint64_t count,
-                                   int64_t stride, jostle_boxes* out, jostle_error* error)
-{
-    return guarded(error, [&] {
-        wanted(out, "out");
-        in_space(space, [&](auto in) {
-            using T = typename decltype(in)::T;
-            const T* const lo_numbers = wanted_array_of<T>(lo, count == 0 ? 0 : 1, "lo");
-            const T* const hi_numbers = wanted_array_of<T>(hi, count == 0 ? 0 : 1, "hi");
-            check_stride(count, stride, alignof(T), "boxes");
-            jostle_boxes boxes{};
-            for (int d = 0; count != 0 && d < in.dim; ++d) {
-                boxes.lo[d] = lo_numbers + d;
-                boxes.hi[d] = hi_numbers + d;
-            }
-            boxes.count = count;
-            boxes.stride = stride;
-            *out = boxes;
-        });
-    });
-}
-
 jostle_status jostle_boxes_check(jostle_space space, const jostle_boxes* boxes, jostle_error* error)
 {
     return guarded(error, [&] {

@@ -42,12 +42,16 @@ class Search
         filter.mask = view<std::uint32_t>(given_.mask, "mask");
         filter.owner = view<std::uint32_t>(given_.owner, "owner");
         if (given_.accept != nullptr) filter.accept = accept_;
+        filter.ghosts = given_.ghosts;
+        filter.vertices = view<std::array<std::uint32_t, 3>>(given_.vertices, "vertices");
         if (is_of_images()) filter.images = static_cast<const ImageRule*>(given_.owner_b.data);
         return filter;
     }
     [[nodiscard]] CrossFilter cross_filter()
     {
         if (is_of_images()) refuse("a filter of images is for a search within one set");
+        if (given_.ghosts != 0 || given_.vertices.count != 0)
+            refuse("a filter with ghosts or vertices is for a search within one set");
         CrossFilter filter;
         filter.category_a = view<std::uint32_t>(given_.category, "category");
         filter.mask_a = view<std::uint32_t>(given_.mask, "mask");
@@ -109,10 +113,11 @@ class ImagesContent final : public Content
     }
 };
 
-jostle_values values_of(const StridedView<std::uint32_t>& view)
+template <class T>
+jostle_values values_of(const StridedView<T>& view)
 {
     if (view.empty()) return {};
-    return {&view[0], view.size(), sizeof(std::uint32_t)};
+    return {&view[0], view.size(), sizeof(T)};
 }
 
 Order order_of(jostle_order order)
@@ -411,6 +416,7 @@ jostle_status jostle_images_filter(jostle_images* images, const jostle_filter* o
         all.category = values_of(content.of_all.category);
         all.mask = values_of(content.of_all.mask);
         all.owner = values_of(content.of_all.owner);
+        all.vertices = values_of(content.of_all.vertices);
         all.owner_b = images_mark(content.of_all.images);
         if (accept != nullptr) {
             all.accept = ImagesContent::accept;

@@ -75,7 +75,6 @@ static void set_number(jostle_space space, numbers* all, int i, double value)
 static jostle_boxes make_boxes(jostle_space space, numbers* memory, int count)
 {
     const int dim = dim_of(space);
-    jostle_boxes boxes;
     int i, d;
     for (i = 0; i < count; ++i)
         for (d = 0; d < dim; ++d) {
@@ -83,9 +82,8 @@ static jostle_boxes make_boxes(jostle_space space, numbers* memory, int count)
             set_number(space, memory, i * 2 * dim + d, lo);
             set_number(space, memory, i * 2 * dim + dim + d, lo + 2 * next_random());
         }
-    OK(jostle_boxes_strided(space, memory->f, (const char*)memory->f + dim * number_size(space),
-                            (uint64_t)count, 2 * dim * number_size(space), &boxes, &error));
-    return boxes;
+    return jostle_boxes_strided(space, memory->f, (const char*)memory->f + dim * number_size(space),
+                                (uint64_t)count, 2 * dim * number_size(space));
 }
 
 static int32_t accept_even(void* context, uint32_t a, uint32_t b)
@@ -459,8 +457,8 @@ static void test_images(jostle_space space)
             set_number(space, &memory, i * 2 * dim + d, at[i] - 1);
             set_number(space, &memory, i * 2 * dim + dim + d, at[i] + (i < 2 ? 20 * (d != 0) : 0) + 1);
         }
-    OK(jostle_boxes_strided(space, memory.f, (const char*)memory.f + dim * number_size(space), 4,
-                            2 * dim * number_size(space), &boxes, &error));
+    boxes = jostle_boxes_strided(space, memory.f, (const char*)memory.f + dim * number_size(space), 4,
+                                 2 * dim * number_size(space));
     OK(jostle_results_new(NULL, &pairs, &error));
     OK(jostle_images_new(space, NULL, &images, &error));
     OK(jostle_images_view_read(images, &view, &error));
@@ -1037,9 +1035,9 @@ static void test_index_and_world(jostle_space space)
     /* Commands. */
     make_boxes(space, &other, boxes_made);
     {
-        jostle_boxes moved;
-        OK(jostle_boxes_strided(space, other.f, (const char*)other.f + dim * number_size(space), boxes_made,
-                                2 * dim * number_size(space), &moved, &error));
+        const jostle_boxes moved =
+            jostle_boxes_strided(space, other.f, (const char*)other.f + dim * number_size(space), boxes_made,
+                                 2 * dim * number_size(space));
         OK(jostle_world_update_moves(world, ids, &moved, &error));
         OK(jostle_world_move(fork, ids, &moved, NULL, 0, &error));
         OK(jostle_world_update(fork, &error));
@@ -1476,8 +1474,8 @@ static void test_shapes_and_contacts(void)
                 CHECK(memcmp(shape_boxes[0], shape_boxes[2], sizeof shape_boxes[0]) == 0);
             }
             OK(jostle_bounds(JOSTLE_3F, &objects, 0, NULL, shape_boxes, &error));
-            OK(jostle_boxes_strided(JOSTLE_3F, shape_boxes[0], shape_boxes[0] + 3, 3, sizeof shape_boxes[0],
-                                    &boxes_of_shapes, &error));
+            boxes_of_shapes =
+                jostle_boxes_strided(JOSTLE_3F, shape_boxes[0], shape_boxes[0] + 3, 3, sizeof shape_boxes[0]);
             OK(jostle_index_new(JOSTLE_3F, NULL, &shape_index, &error));
             OK(jostle_index_build(shape_index, NULL, &boxes_of_shapes, &error));
             OK(jostle_world_new(JOSTLE_3F, NULL, &shape_world, &error));

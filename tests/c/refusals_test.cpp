@@ -79,10 +79,22 @@ TEST_F(CRefusals, ExecutorsHaveThreads)
 TEST_F(CRefusals, BoxesAndBlocks)
 {
     // No boxes at all: then there need be no numbers, either.
-    jostle_boxes none{};
-    OK(jostle_boxes_strided(JOSTLE_2D, nullptr, nullptr, 0, 32, &none, &error));
-    EXPECT_EQ(none.count, 0u);
-    refused(jostle_boxes_strided(JOSTLE_2D, nullptr, nullptr, 1, 32, &none, &error), "lo");
+    jostle_boxes given = jostle_boxes_strided(JOSTLE_2D, nullptr, nullptr, 0, 32);
+    EXPECT_EQ(given.count, 0u);
+    OK(jostle_boxes_check(JOSTLE_2D, &given, &error));
+    given = jostle_boxes_strided(JOSTLE_2D, nullptr, nullptr, 1, 32);
+    refused(jostle_boxes_check(JOSTLE_2D, &given, &error), "lo[0] is NULL");
+    const double rows[2][6] = {{0, 0, 0, 1, 1, 1}, {2, 2, 2, 3, 3, 3}};
+    for (const jostle_space space : {JOSTLE_2F, JOSTLE_2D, JOSTLE_3F, JOSTLE_3D}) {
+        given = jostle_boxes_strided(space, rows[0], rows[0] + 3, 2, sizeof rows[0]);
+        const bool wide = space == JOSTLE_2D || space == JOSTLE_3D;
+        const char* const at = reinterpret_cast<const char*>(rows);
+        EXPECT_EQ(given.lo[1], at + (wide ? 8 : 4));
+        EXPECT_EQ(given.hi[0], at + 24);
+        EXPECT_EQ(given.lo[2], space == JOSTLE_3F ? at + 8 : space == JOSTLE_3D ? at + 16 : nullptr);
+    }
+    given = jostle_boxes_strided(JOSTLE_3D, rows[0], rows[0] + 3, 2, 3);
+    refused(jostle_boxes_check(JOSTLE_3D, &given, &error), "stride");
     const Pairs pairs{{0, 1}};
     const jostle_block block{pairs.data(), 1};
     const jostle_blocks blocks{&block, 1, 1, 12};

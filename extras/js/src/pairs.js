@@ -66,6 +66,11 @@ function filter_of(core, options, layout, accept_pointer) {
     filter ||= core.struct(layout);
     core.set_values(filter + layout[member], values);
   }
+  if (options.ghosts !== undefined) {
+    if (layout.ghosts === undefined) refuse("ghosts are for searches within one set of boxes");
+    filter ||= core.struct(layout);
+    core.data.setBigUint64(filter + layout.ghosts, BigInt(whole(options.ghosts, "ghosts")), true);
+  }
   if (options.accept === undefined) return { filter, forget() {} };
   filter ||= core.struct(layout);
   const number = core.remember(options.accept);
@@ -159,7 +164,7 @@ export class PairFinder extends Owned {
     const core = this.core;
     if (
       b !== undefined ||
-      ["category", "mask", "owner", "accept"].some((name) => options[name] !== undefined)
+      ["category", "mask", "owner", "ghosts", "accept"].some((name) => options[name] !== undefined)
     )
       refuse("only the engine grid searches between two sets, or with a filter");
     const cell = options.cellSize ?? 0;

@@ -17,8 +17,8 @@ export const jostle_options = {
   sizeof: 24, struct_size: 0, executor: 8, allocator: 12, instruction_set: 16, all_points: 20,
 };
 export const jostle_filter = {
-  sizeof: 160, struct_size: 0, category: 8, mask: 32, owner: 56, category_b: 80, mask_b: 104, owner_b: 128,
-  accept: 152, context: 156,
+  sizeof: 192, struct_size: 0, category: 8, mask: 32, owner: 56, category_b: 80, mask_b: 104, owner_b: 128,
+  accept: 152, context: 156, ghosts: 160, vertices: 168,
 };
 export const jostle_scene_filter = {
   sizeof: 88, struct_size: 0, category: 8, mask: 32, owner: 56, accept: 80, context: 84,

@@ -143,13 +143,13 @@ void define_pair_stream(py::module_& m)
 {
     define_class<PairStream>(m, "PairStream")
         .def(py::init([](const Array& boxes, const Maybe& other, Maybe category, Maybe mask, Maybe owner,
-                         Maybe category_b, Maybe mask_b, Maybe owner_b, py::object accept,
-                         std::uint64_t chunk, std::uint32_t threads) {
-            return std::make_unique<PairStream>(boxes, other,
-                                                std::make_unique<PairFilter>(category, mask, owner,
-                                                                             category_b, mask_b, owner_b,
-                                                                             std::move(accept)),
-                                                chunk, threads);
+                         Maybe category_b, Maybe mask_b, Maybe owner_b, std::uint64_t ghosts, Maybe vertices,
+                         py::object accept, std::uint64_t chunk, std::uint32_t threads) {
+            return std::make_unique<PairStream>(
+                boxes, other,
+                std::make_unique<PairFilter>(category, mask, owner, category_b, mask_b, owner_b, ghosts,
+                                             vertices, std::move(accept)),
+                chunk, threads);
         }))
         .def("__iter__", [](py::object self) { return self; })
         .def("__next__", &PairStream::next)

@@ -206,7 +206,7 @@ py::array spatial_order(const py::array& boxes, std::uint32_t threads)
 void define_pairs(py::module_& m)
 {
     define_class<PairFilter>(m, "PairFilter")
-        .def(py::init<Maybe, Maybe, Maybe, Maybe, Maybe, Maybe, py::object>());
+        .def(py::init<Maybe, Maybe, Maybe, Maybe, Maybe, Maybe, std::uint64_t, Maybe, py::object>());
     define_class<PairFinder>(m, "PairFinder")
         .def(py::init<std::uint32_t>())
         .def("find", [](PairFinder& self, const Array& boxes, const Maybe& other, PairFilter& filter,

@@ -114,7 +114,7 @@ void define_spheres(py::module_& m)
             if (other->shape(1) != points.shape(1)) refuse("other has other dimensions than points");
             other_boxes = around(*other, *other_radii, "other");
         }
-        PairFilter none({}, {}, {}, {}, {}, {}, py::none());
+        PairFilter none({}, {}, {}, {}, {}, {}, 0, {}, py::none());
         const auto accept = [](void* context, std::uint32_t i, std::uint32_t k) -> std::int32_t {
             const auto* const self = static_cast<const SphereFilter*>(context);
             return self->touch(i, k) ? 1 : 0;

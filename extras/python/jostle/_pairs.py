@@ -19,12 +19,13 @@ def _is_sorted(order: str) -> bool:
     return order == "sorted"
 
 
-def _filter(category: Any, mask: Any, owner: Any, category_b: Any, mask_b: Any, owner_b: Any, accept: Any) -> tuple[
-        Any, Any, Any, Any, Any, Any, Any]:
+def _filter(category: Any, mask: Any, owner: Any, category_b: Any, mask_b: Any, owner_b: Any, ghosts: Any, vertices: Any,
+            accept: Any) -> tuple[Any, Any, Any, Any, Any, Any, int, Any, Any]:
     return (_arrays.optional_integers(category, "category"), _arrays.optional_integers(mask, "mask"),
             _arrays.optional_integers(owner, "owner"), _arrays.optional_integers(category_b, "category_b"),
             _arrays.optional_integers(mask_b, "mask_b"), _arrays.optional_integers(owner_b, "owner_b"),
-            _arrays.function(accept, "accept"))
+            _arrays.whole(ghosts, "ghosts"),
+            None if vertices is None else _arrays.packed(vertices, "vertices", np.uint32), _arrays.function(accept, "accept"))
 
 
 def _two(boxes: Any, other: Any) -> tuple[np.ndarray, np.ndarray | None]:
@@ -39,14 +40,16 @@ def _two(boxes: Any, other: Any) -> tuple[np.ndarray, np.ndarray | None]:
 
 
 def find_pairs(boxes: Any, other: Any = None, *, category: Any = None, mask: Any = None, owner: Any = None,
-               category_b: Any = None, mask_b: Any = None, owner_b: Any = None, accept: Accept | None = None,
-               order: str = "canonical", threads: int = 0) -> np.ndarray:
+               category_b: Any = None, mask_b: Any = None, owner_b: Any = None, ghosts: int = 0, vertices: Any = None,
+               accept: Accept | None = None, order: str = "canonical", threads: int = 0) -> np.ndarray:
     """All pairs of touching boxes within `boxes`, or between `boxes` and `other`.
 
     boxes, other   (n, 2, d) or (n, 2 d) of float32 or float64, d 2 or 3, read in place
     category, mask one uint32 per box: a pair counts if each box's category has a bit in common with the other's mask
     owner          one uint32 per box: boxes of the same owner don't pair; 2**32 - 1 means no owner
     ..._b          the same for `other`
+    ghosts         the last so many of `boxes` are ghosts, which meet the others and not each other: boxes of another process
+    vertices       (n, 3) uint32 for `boxes`: those with a number in common don't pair, as triangles that share a vertex; 2**32 - 1 means none
     accept         called last with (a, b), on one thread; slow, since it is Python. An exception that it raises comes out of the call
     order          "canonical": by position in space, the same on every machine, the fastest. "sorted": ascending by (a, b)
     threads        0 for one per core
@@ -55,7 +58,7 @@ def find_pairs(boxes: Any, other: Any = None, *, category: Any = None, mask: Any
     Cost: expected linear in boxes and pairs. Ctrl-C ends the call. A PairFinder keeps its memory from one search to the next.
     """
     a, b = _two(boxes, other)
-    wish = _core.PairFilter(*_filter(category, mask, owner, category_b, mask_b, owner_b, accept))
+    wish = _core.PairFilter(*_filter(category, mask, owner, category_b, mask_b, owner_b, ghosts, vertices, accept))
     return _core.find(a, b, wish, _is_sorted(order), _arrays.threads(threads, accept))
 
 
@@ -74,11 +77,11 @@ class PairFinder:
         self._finder = _core.PairFinder(_arrays.threads(threads))
 
     def find(self, boxes: Any, other: Any = None, *, category: Any = None, mask: Any = None, owner: Any = None,
-             category_b: Any = None, mask_b: Any = None, owner_b: Any = None, accept: Accept | None = None,
-             order: str = "canonical") -> np.ndarray:
+             category_b: Any = None, mask_b: Any = None, owner_b: Any = None, ghosts: int = 0, vertices: Any = None,
+             accept: Accept | None = None, order: str = "canonical") -> np.ndarray:
         """As find_pairs: (m, 2) uint32, which the caller owns."""
         a, b = _two(boxes, other)
-        wish = _core.PairFilter(*_filter(category, mask, owner, category_b, mask_b, owner_b, accept))
+        wish = _core.PairFilter(*_filter(category, mask, owner, category_b, mask_b, owner_b, ghosts, vertices, accept))
         return self._finder.find(a, b, wish, _is_sorted(order))
 
     def stats(self) -> dict[str, Any]:
@@ -115,7 +118,7 @@ def find_periodic_pairs(boxes: Any, period: Any, *, category: Any = None, mask: 
     rounded = lengths.astype(a.dtype).astype(np.float64)
     if not np.array_equal(rounded, lengths, equal_nan=True):
         raise Error(f"period is {lengths.tolist()}, which {a.dtype} doesn't have: give {rounded.tolist()}, or boxes of float64")
-    wish = _core.PairFilter(*_filter(category, mask, owner, None, None, None, accept))
+    wish = _core.PairFilter(*_filter(category, mask, owner, None, None, None, 0, None, accept))
     return _core.find_periodic(a, lengths, wish, _is_sorted(order), _arrays.threads(threads, accept))
 
 
@@ -163,7 +166,7 @@ def find_scenes(boxes: Any, offsets: Any, *, category: Any = None, mask: Any = N
 
 
 def iter_pairs(boxes: Any, other: Any = None, *, chunk: int = 1_000_000, category: Any = None, mask: Any = None,
-               owner: Any = None, category_b: Any = None, mask_b: Any = None, owner_b: Any = None,
+               owner: Any = None, category_b: Any = None, mask_b: Any = None, owner_b: Any = None, ghosts: int = 0, vertices: Any = None,
                accept: Accept | None = None, threads: int = 0) -> Iterator[np.ndarray]:
     """The pairs that find_pairs finds, as arrays of `chunk` pairs (the last has fewer), for more pairs than memory holds.
 
@@ -174,7 +177,7 @@ def iter_pairs(boxes: Any, other: Any = None, *, chunk: int = 1_000_000, categor
     if _arrays.whole(chunk, "chunk", 2**63) < 1:
         raise Error(f"chunk is {chunk}: it must be at least 1")
     a, b = _two(boxes, other)
-    stream = _core.PairStream(a, b, *_filter(category, mask, owner, category_b, mask_b, owner_b, accept), chunk,
+    stream = _core.PairStream(a, b, *_filter(category, mask, owner, category_b, mask_b, owner_b, ghosts, vertices, accept), chunk,
                               _arrays.threads(threads, accept))
 
     def each() -> Iterator[np.ndarray]:

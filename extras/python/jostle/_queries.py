@@ -99,7 +99,7 @@ def frustums(planes: Sequence[Any]) -> Queries:
 
 
 def nearest(points: Any, count: int = 1, max_distance: Any = np.inf) -> Queries:
-    """The `count` boxes that are nearest to each point."""
+    """The `count` boxes that are nearest to each point; none for 0."""
     return Queries(6, (points, max_distance), count=_arrays.whole(count, "count"))
 
 
@@ -182,7 +182,7 @@ WHAT_COUNTS = """
     every index of an id), about the shapes in the boxes. Which objects count:
 
     exclude   an id that doesn't, or one for each query; -1 is none
-    asker     (category, mask) or (category, mask, owner); all bits and no owner if it isn't given
+    asker     (category, mask) or (category, mask, owner); all bits and no owner if it isn't given, so that `owner` alone leaves nobody out
     category, mask, owner   one uint32 per id, of an index alone, since a world knows its objects' filters: an object counts if its
               category is in the asker's mask, the asker's category in its mask, and the owners differ
     accept    accept(query, id) is asked last, about what may be an answer

@@ -17,6 +17,7 @@ ALL_PAIRS = np.array([(a, b) for b in range(N) for a in range(b)], np.uint32)
 GROUPS = np.array([0, 1, 1, 20, 40, len(ALL_PAIRS)], np.uint64)
 MASKS = {"category": 1 << RNG.integers(0, 3, N).astype(np.uint32), "mask": RNG.integers(1, 8, N).astype(np.uint32),
          "owner": RNG.integers(0, 4, N).astype(np.uint32)}
+VERTICES = RNG.integers(0, 9, (N, 3)).astype(np.uint32)
 MASKS_B = {name + "_b": values[::-1].copy() for name, values in MASKS.items()}
 SPHERES = jostle.Shapes.spheres(np.full(N, 0.6))
 CUBE = np.array([[x, y, z] for x in (0.0, 1) for y in (0, 1) for z in (0, 1)])
@@ -137,8 +138,11 @@ def pairs(dtype):
     points, radii = boxes[:, 0], np.arange(N) / 4
     both = dict(boxes=boxes, other=other, **MASKS, **MASKS_B)
     yield "find_pairs", both, lambda **a: jostle.find_pairs(**a)
-    yield "find_pairs", dict(boxes=boxes, **MASKS), lambda **a: jostle.find_pairs(**a)
+    yield "find_pairs", dict(boxes=boxes, vertices=VERTICES, **MASKS), lambda **a: jostle.find_pairs(**a)
     yield "PairFinder.find", both, lambda **a: jostle.PairFinder().find(**a)
+    yield "PairFinder.find", dict(boxes=boxes, vertices=VERTICES), lambda **a: jostle.PairFinder().find(**a)
+    yield "iter_pairs", dict(boxes=boxes, vertices=VERTICES), lambda **a: np.concatenate(
+        [*jostle.iter_pairs(threads=1, **a), np.empty((0, 2), np.uint32)])
     yield "iter_pairs", both, lambda **a: np.concatenate([*jostle.iter_pairs(threads=1, **a), np.empty((0, 2), np.uint32)])
     yield "find_periodic_pairs", dict(boxes=boxes, period=np.array([4.0, 0, 8]), **MASKS), lambda **a: jostle.find_periodic_pairs(**a)
     yield "find_scenes", dict(boxes=boxes, offsets=np.array([0, 5, 5, N], np.uint64), **MASKS), lambda **a: jostle.find_scenes(**a).pairs

@@ -207,6 +207,16 @@ def test_filters():
     assert np.array_equal(jostle.find_pairs(boxes, owner=doubled, order="sorted"), pairs[owner[a] != owner[b]])
     assert np.array_equal(jostle.find_pairs(boxes, accept=lambda i, k: (i + k) % 2 == 0, order="sorted"),
                           pairs[(a + b) % 2 == 0])
+    for ghosts in (0, 1, 120, 300):
+        for given in (jostle.find_pairs(boxes, ghosts=ghosts, order="sorted"),
+                      jostle.PairFinder().find(boxes, ghosts=ghosts, order="sorted"),
+                      np.array(sorted(map(tuple, np.concatenate([np.empty((0, 2), np.uint32), *jostle.iter_pairs(boxes, ghosts=ghosts)]))),
+                               np.uint32).reshape(-1, 2)):
+            assert np.array_equal(given, pairs[a < 300 - ghosts])
+    vertices = rng.integers(0, 20, (300, 3), np.uint32)
+    vertices[::7, 1] = 2**32 - 1
+    shared = ((vertices[a][:, :, None] == vertices[b][:, None, :]) & (vertices[a] != 2**32 - 1)[:, :, None]).any(axis=(1, 2))
+    assert np.array_equal(jostle.find_pairs(boxes, vertices=vertices, order="sorted"), pairs[~shared])
     crossed = by_definition(boxes, boxes)
     assert np.array_equal(jostle.find_pairs(boxes, boxes, owner=owner, owner_b=owner, order="sorted"),
                           crossed[owner[crossed[:, 0]] != owner[crossed[:, 1]]])
@@ -294,6 +304,10 @@ def test_bad_boxes_are_refused_by_name(dim, dtype):
     (lambda: jostle.find_pairs(np.zeros((3, 4)), owner=[1, -2, 3]), "owner[1] is -2", 1),
     (lambda: jostle.find_pairs(np.zeros((3, 4)), owner=[1.5, 2, 3]), "whole", None),
     (lambda: jostle.find_pairs(np.zeros((3, 4)), owner_b=[1, 2, 3]), "second", None),
+    (lambda: jostle.find_pairs(np.zeros((3, 4)), ghosts=4), "ghosts is 4 for 3", None),
+    (lambda: jostle.find_pairs(np.zeros((3, 4)), np.zeros((3, 4)), ghosts=1), "ghosts or vertices", None),
+    (lambda: jostle.find_pairs(np.zeros((3, 4)), vertices=[[1, 2]] * 3), "shape (3, 2)", None),
+    (lambda: jostle.find_pairs(np.zeros((3, 4)), vertices=[[1, 2, 3]]), "vertices has 1", None),
     (lambda: jostle.find_pairs(np.zeros((3, 4)), order="random"), "random", None),
     (lambda: jostle.iter_pairs(np.zeros((3, 4)), chunk=0), "chunk", None),
     (lambda: jostle.iter_pairs(np.zeros((3, 4)), chunk=1.5), "chunk is 1.5", None),

@@ -49,14 +49,10 @@ void check_margin(double margin)
 }
 
 template <int Dim, class T>
-Aabb<Dim, T> box_of(const Shape<Dim>& shape, const Pose<Dim, T>& pose, double margin)
+Aabb<Dim, T> box_of(const Shape<Dim>& shape, const Pose<Dim, T>& pose, double margin, std::uint64_t object)
 {
+    if (!valid(pose)) refuse_pose(pose, object);
     Aabb<Dim, T> box;
-    if (!valid(pose)) {
-        for (int d = 0; d < Dim; ++d)
-            box.lo[d] = box.hi[d] = std::numeric_limits<T>::quiet_NaN();
-        return box;
-    }
     Extent<Dim> e = nothing<Dim>();
     const M<Dim> turned = shape.type() == ShapeTypes::sphere ? M<Dim>{} : rotation(pose);
     add_shape(shape, turned, V<Dim>{}, e);
@@ -84,7 +80,7 @@ template <int Dim, Coordinate T>
 Aabb<Dim, T> bounds(const Shape<Dim>& shape, const Pose<Dim, T>& pose, std::type_identity_t<T> margin)
 {
     narrow::check_margin(double{margin});
-    return narrow::box_of(shape, pose, double{margin});
+    return narrow::box_of(shape, pose, double{margin}, Error::no_index);
 }
 
 template <int Dim, Coordinate T>
@@ -103,7 +99,7 @@ void bounds(const Objects<Dim, T>& objects, std::span<Aabb<Dim, T>> out, std::ty
     process_items(out.size(),
                   [&](std::uint64_t first, std::uint64_t last, Work) {
                       for (std::uint64_t i = first; i < last; ++i)
-                          out[i] = narrow::box_of(shapes[i], poses[i], double{margin});
+                          out[i] = narrow::box_of(shapes[i], poses[i], double{margin}, i);
                   },
                   {&executor, block});
 }
