@@ -591,7 +591,8 @@ typedef struct jostle_neighbor_query
     uint64_t cell_count;                ///< 0: open space; 1; of many systems also one for each
     int32_t half;                       ///< 1: each pair once; not for two sets
     int32_t shifts, vectors, distances; ///< 1 for each that the list is to have
-    double skin; ///< 0, or by how much further is looked and kept: NeighborOptions::skin
+    double skin;     ///< 0, or by how much further is looked and kept: NeighborOptions::skin
+    int32_t greater; ///< 1: a pair's cutoff is the greater of its two radii, not their sum
 } jostle_neighbor_query;
 
 /// The neighbours of point i are neighbors[k], for k from offsets[i] to offsets[i + 1] - 1, ascending. Valid

@@ -39,6 +39,8 @@ struct NeighborCutoff
     T value = 0;
     /// One for each point: a pair's cutoff is the sum of its two. `radii_b` is for the second of two sets.
     std::span<const T> radii = {}, radii_b = {};
+    /// A pair's cutoff is the greater of its two radii instead, so that who sees is seen.
+    bool greater = false;
     /// The type of each point, below k, and k * k cutoffs: that of types s and t is table[s * k + t], and of
     /// t and s the same. `types_b` is for the second of two sets.
     std::span<const std::uint32_t> types = {}, types_b = {};
@@ -89,9 +91,9 @@ struct NeighborList
 /// Exact     j with shift S is a neighbour of i if d.d <= c * c, computed in T, each operation rounded by
 ///           itself. d = (x_j - x_i) + ((S_0 * v_0 + S_1 * v_1) + S_2 * v_2), axis by axis, where x are the
 ///           points as given, v the cell's vectors, and only axes that repeat are summed. d.d = (d_x * d_x +
-///           d_y * d_y) + d_z * d_z, and c is the cutoff, or the sum r_i + r_j. A distance is the root of
-///           d.d. No other number has a say, so that any program can find the same list. As d of (j, i, -S)
-///           is exactly -d, j is in i's row whenever i is in j's.
+///           d_y * d_y) + d_z * d_z, and c is the cutoff, or the sum r_i + r_j, or the greater of the two. A
+///           distance is the root of d.d. No other number has a say, so that any program can find the same
+///           list. As d of (j, i, -S) is exactly -d, j is in i's row whenever i is in j's.
 /// Itself    a point isn't its own neighbour, but its images may be; of two sets, each point of the second is
 ///           looked at for each of the first.
 /// Order     rows ascend by neighbour, then by shift, the first axis first, for any number of threads.

@@ -55,6 +55,7 @@ jostle_neighbor_list find_neighbors(NeighborFinder<Dim, T>& finder, const jostle
     NeighborCutoff<T> cutoff = static_cast<T>(query.cutoff);
     cutoff.radii = span_if_given<T>(query.radii, query.count, "radii");
     cutoff.radii_b = span_if_given<T>(query.radii_b, query.other_count, "radii_b");
+    cutoff.greater = query.greater != 0;
     cutoff.types = span_if_given<std::uint32_t>(query.types, query.count, "types");
     cutoff.types_b = span_if_given<std::uint32_t>(query.types_b, query.other_count, "types_b");
     if (query.type_count > std::numeric_limits<std::uint32_t>::max() / 2)

@@ -82,12 +82,13 @@ struct CutoffRule
     T value;
     std::span<const T> table;
     std::size_t types = 0;
-    bool sums = false;
+    bool of_radii = false, greater = false; ///< of two radii, instead of their sum
     T greatest = 0;
 
     T operator()(T radius_a, std::uint32_t type_a, T radius_b, std::uint32_t type_b) const
     {
-        return sums ? radius_a + radius_b : types != 0 ? table[type_a * types + type_b] : value;
+        if (of_radii) return greater ? std::max(radius_a, radius_b) : radius_a + radius_b;
+        return types != 0 ? table[type_a * types + type_b] : value;
     }
 };
 
@@ -109,8 +110,8 @@ T checked_radii(const PointSet<Dim, T>& set, const CutoffRule<T>& rule)
                                                       set_text(set.name) + "; give one for each");
     };
     T greatest = 0;
-    if (rule.sums) lengths(set.radii.size(), "radii");
-    for (std::size_t i = 0; rule.sums && i < set.radii.size(); ++i) {
+    if (rule.of_radii) lengths(set.radii.size(), "radii");
+    for (std::size_t i = 0; rule.of_radii && i < set.radii.size(); ++i) {
         check_cutoff(set.radii[i], std::string("the radius of point ") + set.name + std::to_string(i), i);
         greatest = std::max(greatest, set.radii[i]);
     }
@@ -129,11 +130,14 @@ CutoffRule<T> check_cutoffs(const PointSet<Dim, T>& a, const PointSet<Dim, T>& b
                             const NeighborCutoff<T>& cutoff)
 {
     CutoffRule<T> rule{cutoff.value, cutoff.table};
-    rule.sums = !a.radii.empty() || !b.radii.empty();
+    rule.greater = cutoff.greater;
+    rule.of_radii = !a.radii.empty() || !b.radii.empty();
     while (rule.types * rule.types < cutoff.table.size())
         ++rule.types;
-    if (rule.sums + (rule.types != 0) + (cutoff.value != 0) > 1)
+    if (rule.of_radii + (rule.types != 0) + (cutoff.value != 0) > 1)
         refuse_search("of cutoff, radii and table only one may be given");
+    if (rule.greater && (rule.types != 0 || cutoff.value != 0))
+        refuse_search("of radii the greater one may count, and there are none");
     if (rule.types == 0 && (!a.types.empty() || !b.types.empty()))
         refuse_search("there are types, but no table");
     if (rule.types * rule.types != cutoff.table.size())
@@ -150,7 +154,7 @@ CutoffRule<T> check_cutoffs(const PointSet<Dim, T>& a, const PointSet<Dim, T>& b
         rule.greatest = std::max(rule.greatest, cutoff.table[k]);
     }
     const T radius_a = checked_radii(a, rule), radius_b = checked_radii(b, rule);
-    rule.greatest = rule.sums ? radius_a + radius_b : std::max(rule.greatest, rule.value);
+    rule.greatest = std::max(rule.greatest, rule(radius_a, 0, radius_b, 0));
     const T square = rule.greatest * rule.greatest;
     const bool nobody = a.points.empty() || b.points.empty();
     if (!nobody && !(square >= std::numeric_limits<T>::min() && square <= std::numeric_limits<T>::max()))

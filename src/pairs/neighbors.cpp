@@ -191,7 +191,7 @@ struct NeighborFinder<Dim, T>::Implementation
     std::pmr::vector<neighbors::StoredNeighbors<Dim, T>> of_systems; ///< what each block of systems found
 
     // What is kept is for these.
-    bool is_kept = false, kept_two_sets = false, kept_half = false;
+    bool is_kept = false, kept_two_sets = false, kept_half = false, kept_greater = false;
     double kept_skin = 0, kept_rounding = 0;
     T kept_value = 0;
     Cell kept_cell;
@@ -348,7 +348,7 @@ struct NeighborFinder<Dim, T>::Implementation
         Vec<Dim, T> here;
         for (int d = 0; d < Dim; ++d)
             here[d] = grid_a.axis(d)[row];
-        const T sure = request.rule.types == 0 && !request.rule.sums ? grid.sure : T(-1);
+        const T sure = request.rule.types == 0 && !request.rule.of_radii ? grid.sure : T(-1);
         if (request.two_sets) {
             kernels->find_row(columns, 0, here, sure, grid.near, found);
         } else if (request.options.half) {
@@ -530,7 +530,8 @@ struct NeighborFinder<Dim, T>::Implementation
     {
         return look(kept_two_sets, request.two_sets) && look(kept_half, request.options.half) &&
                look(kept_skin, request.options.skin) && look(kept_value, request.rule.value) &&
-               look(kept_cell, request.cell) && look(kept_a, request.a.points.size());
+               look(kept_greater, request.rule.greater) && look(kept_cell, request.cell) &&
+               look(kept_a, request.a.points.size());
     }
     template <class Kept, class Get>
     static bool same_columns(const Request& request, const Kept& kept_column, const Get& get)

@@ -85,7 +85,10 @@ TEST_F(CNeighbors, AreThoseOfCpp)
     cutoff.radii = radii, cutoff.radii_b = radii_b;
     OK(jostle_neighbor_finder_find(handle, &query, &list, &error));
     expect_same(list, twin.find(points, others, cutoff, cell));
-    query.radii = query.radii_b = nullptr;
+    query.greater = 1, cutoff.greater = true;
+    OK(jostle_neighbor_finder_find(handle, &query, &list, &error));
+    expect_same(list, twin.find(points, others, cutoff, cell));
+    query.radii = query.radii_b = nullptr, query.greater = 0;
     std::vector<std::uint32_t> types(points.size()), types_b(others.size());
     for (auto* each : {&types, &types_b})
         for (std::uint32_t& type : *each)

@@ -37,6 +37,7 @@ struct System
     bool two_sets = false;
     T cutoff = 0;
     std::vector<T> radii_a, radii_b, table;
+    bool greater = false;
     std::vector<std::uint32_t> types_a, types_b;
     PeriodicCell<Dim, T> cell;
 
@@ -44,7 +45,7 @@ struct System
     {
         NeighborCutoff<T> all = cutoff;
         all.radii = radii_a, all.radii_b = radii_b, all.types = types_a, all.types_b = types_b;
-        all.table = table;
+        all.table = table, all.greater = greater;
         return all;
     }
     const NeighborList<Dim, T>& find(NeighborFinder<Dim, T>& finder,
@@ -96,7 +97,10 @@ template <int Dim, class T>
 T cutoff_by_definition(const System<Dim, T>& system, std::size_t i, std::size_t j)
 {
     const bool two = system.two_sets;
-    if (!system.radii_a.empty()) return system.radii_a[i] + (two ? system.radii_b : system.radii_a)[j];
+    if (!system.radii_a.empty()) {
+        const T a = system.radii_a[i], b = (two ? system.radii_b : system.radii_a)[j];
+        return !system.greater ? a + b : a < b ? b : a;
+    }
     if (system.table.empty()) return system.cutoff;
     const auto types = static_cast<std::size_t>(std::lround(std::sqrt(double(system.table.size()))));
     return system.table[system.types_a[i] * types + (two ? system.types_b : system.types_a)[j]];
@@ -282,6 +286,7 @@ System<Dim, T> random_system(Random& random, double steps)
             fill(system.radii_a, system.radii_b, [&] { return random.one_in(4) ? T(0) : cutoff / 2; });
             for (auto* radii : {&system.radii_a, &system.radii_b})
                 if (!radii->empty()) radii->front() = cutoff;
+            system.greater = random.one_in(2);
         } else {
             fill(system.types_a, system.types_b, [&] { return random.below(3); });
             system.table = {cutoff, cutoff / 2, 0, cutoff / 2, cutoff / 4, cutoff, 0, cutoff, cutoff / 2};
@@ -503,7 +508,7 @@ TEST(Neighbors, OfManySystemsAreThoseOfEach)
             }
             const std::uint32_t rule = random.below(3);
             NeighborCutoff<T> cutoff = rule == 0 ? T(1) : T(0);
-            if (rule == 1) cutoff.radii = radii;
+            if (rule == 1) cutoff.radii = radii, cutoff.greater = random.one_in(2);
             if (rule == 2) cutoff.types = types, cutoff.table = table;
             const auto& list = together.find_systems(points, offsets, cutoff, cells, what);
             ASSERT_EQ(list.offsets.size(), points.size() + 1);
@@ -617,6 +622,8 @@ TEST(Neighbors, WithASkinAreTheSameAndSeldomSearched)
         system.radii_a[3] = T(0.4);
         EXPECT_TRUE(searches());
         EXPECT_FALSE(searches());
+        system.greater = true;
+        EXPECT_TRUE(searches());
     });
 }
 
@@ -675,6 +682,11 @@ TEST(Neighbors, BadInputIsAnErrorThatNamesIt)
     const std::vector<double> radii(3);
     second.radii_b = radii;
     EXPECT_NE(error([&] { finder.find(points, second, cell); }).find("second set"), std::string::npos);
+
+    NeighborCutoff<double> greater = 1;
+    greater.greater = true;
+    EXPECT_EQ(error([&] { finder.find(points, greater, cell); }),
+              "of radii the greater one may count, and there are none");
 
     const auto& list = finder.find(points, 1.5, cell);
     (void)error([&] { finder.find(points, -1, cell); });
