@@ -618,6 +618,16 @@ JOSTLE_C_API jostle_status jostle_neighbor_finder_free(jostle_neighbor_finder* f
 JOSTLE_C_API jostle_status jostle_neighbor_finder_find(jostle_neighbor_finder* finder,
                                                        const jostle_neighbor_query* query,
                                                        jostle_neighbor_list* list, jostle_error* error);
+/// Takes rows of a list: those of the points from `first` to first + rows - 1, which are rows 0 to rows - 1
+/// of `list`. 1: go on. 0: stop.
+typedef int32_t (*jostle_neighbor_sink_function)(void* context, uint64_t first, uint64_t rows,
+                                                 const jostle_neighbor_list* list);
+/// Hands the list to `sink` in blocks of so many rows instead of storing all of it. Not for many systems, nor
+/// with a skin. `finished` becomes 0 if the sink stopped it, else 1.
+JOSTLE_C_API jostle_status jostle_neighbor_finder_stream(jostle_neighbor_finder* finder,
+                                                         const jostle_neighbor_query* query, uint64_t rows,
+                                                         jostle_neighbor_sink_function sink, void* context,
+                                                         int32_t* finished, jostle_error* error);
 /// Gives working memory back, the list and what a skin keeps included.
 JOSTLE_C_API jostle_status jostle_neighbor_finder_release_memory(jostle_neighbor_finder* finder,
                                                                  jostle_error* error);

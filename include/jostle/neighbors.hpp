@@ -9,6 +9,7 @@
 
 #include "jostle/box.hpp"
 #include "jostle/find_pairs.hpp"
+#include "jostle/function_ref.hpp"
 #include "jostle/vec.hpp"
 #include "jostle/version.hpp"
 
@@ -120,6 +121,9 @@ class JOSTLE_API NeighborFinder
   public:
     using Points = std::span<const Vec<Dim, T>>;
     using Cell = PeriodicCell<Dim, T>;
+    /// Receives rows of a list in turn: those of the points from `first` on, row k of `rows` that of point
+    /// first + k. It returns false to stop. The rows are valid only during the call.
+    using Sink = FunctionRef<bool(std::size_t first, const NeighborList<Dim, T>& rows)>;
 
     explicit NeighborFinder(const FinderOptions& options = {});
     NeighborFinder(NeighborFinder&&) noexcept;
@@ -146,6 +150,17 @@ class JOSTLE_API NeighborFinder
                                              const NeighborOptions& options = {}) &;
     template <class... Arguments>
     void find_systems(Arguments&&... result_would_be_gone) && = delete;
+
+    /// Hands the list to `sink` in blocks of so many rows instead of storing all of it: what `find` lists, in
+    /// the same order, one block at a time, on the calling thread. Memory is that of the points and the
+    /// largest block. Returns false if the sink stopped it; an exception that the sink throws leaves the
+    /// call. Blocks of fewer than a tenth of the points take longer unless neighbours in space have numbers
+    /// near to each other, as after `spatial_order`. A skin is an error. The last list is gone,
+    /// but not what a skin keeps.
+    bool stream(Points points, const NeighborCutoff<T>& cutoff, std::size_t rows, Sink sink,
+                const Cell& cell = {}, const NeighborOptions& options = {});
+    bool stream(Points points, Points others, const NeighborCutoff<T>& cutoff, std::size_t rows, Sink sink,
+                const Cell& cell = {}, const NeighborOptions& options = {});
 
     /// Gives working memory back, the list and what a skin keeps included.
     void release_memory() noexcept;

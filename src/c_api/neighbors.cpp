@@ -2,6 +2,8 @@
 // Neighbour lists in C.
 #include "jostle/neighbors.hpp"
 
+#include <algorithm>
+#include <cstdint>
 #include <limits>
 #include <span>
 #include <string>
@@ -47,12 +49,32 @@ std::uint64_t checked_cells(std::uint64_t count)
     return count;
 }
 
+/// A query as C++ has it.
 template <int Dim, class T>
-jostle_neighbor_list find_neighbors(NeighborFinder<Dim, T>& finder, const jostle_neighbor_query& query)
+struct NeighborSearch
 {
-    const auto points = span_of<Vec<Dim, T>>(query.points, query.count, "points");
-    const auto others = span_of<Vec<Dim, T>>(query.others, query.other_count, "others");
-    NeighborCutoff<T> cutoff = static_cast<T>(query.cutoff);
+    explicit NeighborSearch(const jostle_neighbor_query& query);
+
+    std::span<const Vec<Dim, T>> points, others;
+    NeighborCutoff<T> cutoff;
+    std::vector<PeriodicCell<Dim, T>> cells;
+    NeighborOptions options;
+
+    /// Of one system.
+    PeriodicCell<Dim, T> cell() const
+    {
+        if (cells.size() > 1)
+            refuse("there are " + std::to_string(cells.size()) + " cells for one system; give one");
+        return cells.empty() ? PeriodicCell<Dim, T>{} : cells.front();
+    }
+};
+
+template <int Dim, class T>
+NeighborSearch<Dim, T>::NeighborSearch(const jostle_neighbor_query& query)
+    : points(span_of<Vec<Dim, T>>(query.points, query.count, "points")),
+      others(span_of<Vec<Dim, T>>(query.others, query.other_count, "others")),
+      cutoff(static_cast<T>(query.cutoff))
+{
     cutoff.radii = span_if_given<T>(query.radii, query.count, "radii");
     cutoff.radii_b = span_if_given<T>(query.radii_b, query.other_count, "radii_b");
     cutoff.greater = query.greater != 0;
@@ -64,38 +86,64 @@ jostle_neighbor_list find_neighbors(NeighborFinder<Dim, T>& finder, const jostle
     const std::uint64_t numbers = checked_cells(query.cell_count) * Dim;
     const T* const vectors = wanted_array_of<T>(query.cells, numbers * Dim, "cells");
     const std::int32_t* const repeats = wanted_array(query.repeats, numbers, "repeats");
-    std::vector<PeriodicCell<Dim, T>> cells(static_cast<std::size_t>(query.cell_count));
+    cells.resize(static_cast<std::size_t>(query.cell_count));
     for (std::size_t k = 0; k < numbers; ++k) {
         cells[k / Dim].repeats[k % Dim] = repeats[k] != 0;
         for (int d = 0; d < Dim; ++d)
             cells[k / Dim].vectors[k % Dim][d] = vectors[k * Dim + static_cast<std::size_t>(d)];
     }
-    NeighborOptions options;
     options.half = query.half != 0;
     options.shifts = query.shifts != 0;
     options.vectors = query.vectors != 0;
     options.distances = query.distances != 0;
     options.skin = query.skin;
+}
+
+template <int Dim, class T>
+jostle_neighbor_list list_in_c(const NeighborList<Dim, T>& list, bool with_shifts)
+{
+    return {list.offsets.data(),
+            list.neighbors.data(),
+            list.neighbors.size(),
+            with_shifts ? reinterpret_cast<const std::int32_t*>(list.shifts.data()) : nullptr,
+            list.vectors.data(),
+            list.distances.data(),
+            list.searched ? 1 : 0};
+}
+
+template <int Dim, class T>
+jostle_neighbor_list find_neighbors(NeighborFinder<Dim, T>& finder, const jostle_neighbor_query& query)
+{
+    const NeighborSearch<Dim, T> search(query);
+    const auto& [points, others, cutoff, cells, options] = search;
     const NeighborList<Dim, T>* found = nullptr;
     if (query.offsets != nullptr) {
         if (query.others != nullptr) refuse("of many systems each has one set, and others isn't NULL");
         found = &finder.find_systems(points, offsets_of(query.offsets, query.system_count, "system_count"),
                                      cutoff, cells, options);
     } else {
-        if (cells.size() > 1)
-            refuse("there are " + std::to_string(cells.size()) + " cells for one system; give one");
-        const PeriodicCell<Dim, T> cell = cells.empty() ? PeriodicCell<Dim, T>{} : cells.front();
-        found = query.others == nullptr ? &finder.find(points, cutoff, cell, options)
-                                        : &finder.find(points, others, cutoff, cell, options);
+        found = query.others == nullptr ? &finder.find(points, cutoff, search.cell(), options)
+                                        : &finder.find(points, others, cutoff, search.cell(), options);
     }
-    const NeighborList<Dim, T>& list = *found;
-    return {list.offsets.data(),
-            list.neighbors.data(),
-            list.neighbors.size(),
-            options.shifts ? reinterpret_cast<const std::int32_t*>(list.shifts.data()) : nullptr,
-            list.vectors.data(),
-            list.distances.data(),
-            list.searched ? 1 : 0};
+    return list_in_c(*found, options.shifts);
+}
+
+template <int Dim, class T>
+bool stream_neighbors(NeighborFinder<Dim, T>& finder, const jostle_neighbor_query& query, std::uint64_t rows,
+                      jostle_neighbor_sink_function sink, void* context)
+{
+    if (query.offsets != nullptr) refuse("a stream is of one system, and offsets isn't NULL");
+    const NeighborSearch<Dim, T> search(query);
+    const auto& [points, others, cutoff, cells, options] = search;
+    const auto hand_over = [&](std::size_t first, const NeighborList<Dim, T>& block) {
+        const jostle_neighbor_list list = list_in_c(block, search.options.shifts);
+        return agreed(sink(context, first, block.offsets.size() - 1, &list));
+    };
+    const auto most =
+        static_cast<std::size_t>(std::min<std::uint64_t>(rows, UINT32_MAX)); // of points as well
+    return query.others == nullptr
+               ? finder.stream(points, cutoff, most, hand_over, search.cell(), options)
+               : finder.stream(points, others, cutoff, most, hand_over, search.cell(), options);
 }
 
 } // namespace
@@ -135,6 +183,21 @@ jostle_status jostle_neighbor_finder_find(jostle_neighbor_finder* finder, const 
         const jostle_neighbor_query given = read_options(&wanted(query, "query"), "jostle_neighbor_query");
         wanted(list, "list");
         on_held(content.finder, [&](auto& in_its_space) { *list = find_neighbors(in_its_space, given); });
+    });
+}
+jostle_status jostle_neighbor_finder_stream(jostle_neighbor_finder* finder,
+                                            const jostle_neighbor_query* query, uint64_t rows,
+                                            jostle_neighbor_sink_function sink, void* context,
+                                            int32_t* finished, jostle_error* error)
+{
+    return guarded(error, [&] {
+        NeighborFinderContent& content = open(finder);
+        const jostle_neighbor_query given = read_options(&wanted(query, "query"), "jostle_neighbor_query");
+        wanted_function(sink, "sink");
+        wanted(finished, "finished");
+        on_held(content.finder, [&](auto& in_its_space) {
+            *finished = stream_neighbors(in_its_space, given, rows, sink, context) ? 1 : 0;
+        });
     });
 }
 jostle_status jostle_neighbor_finder_release_memory(jostle_neighbor_finder* finder, jostle_error* error)

@@ -102,6 +102,15 @@ struct Surroundings
     T* axis(int d) { return (d == 0 ? x : d == 1 ? y : z).data(); }
 };
 
+/// Rows that are worked on together: those of the points from `first` on, in the order of the grid.
+struct RowRange
+{
+    std::size_t first, count;
+    const std::uint32_t* places; ///< in the grid; null where all rows are, in whose order they then are
+
+    std::size_t place(std::size_t s) const { return places == nullptr ? s : places[s]; }
+};
+
 /// What a block of rows has found, row after row.
 struct BlockFound
 {
@@ -153,6 +162,10 @@ struct NeighborFinder<Dim, T>::Implementation
         neighbors::CutoffRule<T> rule;
         Cell cell;
         NeighborOptions options;
+
+        /// How far is looked.
+        T reach() const { return rule.greatest + static_cast<T>(options.skin); }
+        bool somebody() const { return !a.points.empty() && !b.points.empty(); }
     };
 
     explicit Implementation(const FinderOptions& given)
@@ -163,6 +176,8 @@ struct NeighborFinder<Dim, T>::Implementation
           scratch(given.memory),
           blocks(given.memory),
           counts(given.memory),
+          places(given.memory),
+          next_place(given.memory),
           result(given.memory),
           kept(given.memory),
           in_system(given.memory),
@@ -181,8 +196,9 @@ struct NeighborFinder<Dim, T>::Implementation
     neighbors::GridPoints<Dim, T> grid_a, grid_b; ///< one set has the first alone
     std::pmr::vector<Scratch> scratch;            ///< of each task
     std::pmr::vector<neighbors::BlockFound> blocks;
-    Buffer<std::uint64_t> counts; ///< of each row
-    std::size_t most_runs = 0;    ///< what each Scratch has room for
+    Buffer<std::uint64_t> counts;             ///< of each row
+    Buffer<std::uint32_t> places, next_place; ///< of a stream: of each of its ranges of rows
+    std::size_t most_runs = 0;                ///< what each Scratch has room for
     neighbors::StoredNeighbors<Dim, T> result, kept;
     NeighborList<Dim, T> list;
 
@@ -269,18 +285,26 @@ struct NeighborFinder<Dim, T>::Implementation
         along(along, 0);
     }
 
-    /// Rows are worked on in groups: those of a cell, or rows_per_block of them. A block has the groups that
-    /// begin in it. This is where the first group begins that does so at or behind row s.
-    std::size_t group_from(std::size_t s)
+    /// Rows are worked on in groups: those of a cell, or of rows_per_block places in it. This is where the
+    /// group of a place begins.
+    std::size_t group_of(std::size_t place)
     {
-        if (s >= grid_a.count) return grid_a.count;
-        const std::uint32_t cell = grid_a.cell[grid_a.index[s]];
-        const std::size_t begin = grid_a.starts[cell], end = grid_a.starts[cell + 1],
-                          before = s - begin + neighbors::rows_per_block - 1;
-        return std::min(end, s + neighbors::rows_per_block - 1 - before % neighbors::rows_per_block);
+        const std::size_t begin = grid_a.starts[grid_a.cell[grid_a.index[place]]], before = place - begin;
+        return place - before % neighbors::rows_per_block;
+    }
+    /// A block has the groups that begin in it. This is the first row, of these at or behind the s-th, with
+    /// which a group begins.
+    std::size_t group_from(const neighbors::RowRange& rows, std::size_t s)
+    {
+        if (s == 0 || s >= rows.count) return s;
+        const std::size_t group = group_of(rows.place(s - 1));
+        while (s < rows.count && group_of(rows.place(s)) == group)
+            ++s;
+        return s;
     }
 
-    /// Puts together whom the rows from `begin` to `end` - 1, which are in this cell, may have as neighbours.
+    /// Puts together whom the points of a from `begin` to `end` - 1, which are in this cell, may have as
+    /// neighbours.
     neighbors::NearbyColumns<T> surround(std::uint32_t cell, std::size_t begin, std::size_t end,
                                          bool two_sets, bool with_images, neighbors::GridPoints<Dim, T>& b,
                                          Scratch& own)
@@ -398,10 +422,10 @@ struct NeighborFinder<Dim, T>::Implementation
     /// Writes what blocks have found, in the order of the grid or of the rows. write(block, at, row, first,
     /// count) writes neighbours and shifts: those of this row, which begin at `at` of the block's.
     template <class Write>
-    void store(const Request& request, const NeighborOptions& what, neighbors::StoredNeighbors<Dim, T>& into,
-               bool in_grid, const Write& write)
+    void store(const Request& request, const neighbors::RowRange& rows, const NeighborOptions& what,
+               neighbors::StoredNeighbors<Dim, T>& into, bool in_grid, const Write& write)
     {
-        const std::size_t n = request.a.points.size();
+        const std::size_t n = rows.count;
         std::uint64_t* const offsets = into.offsets.reserve(n + 1);
         offsets[n] = exclusive_sum(std::copy_n(counts.data(), n, offsets) - n, n);
         const std::uint64_t total = offsets[n];
@@ -411,10 +435,11 @@ struct NeighborFinder<Dim, T>::Implementation
         if (what.distances) into.distances.reserve(total);
         each_block(n, [&](Scratch&, std::size_t block, std::size_t begin, std::size_t end) {
             std::size_t at = 0;
-            if (in_grid) begin = group_from(begin), end = group_from(end);
+            if (in_grid) begin = group_from(rows, begin), end = group_from(rows, end);
             for (std::size_t s = begin; s < end; ++s) {
-                const std::size_t row = in_grid ? grid_a.index[s] : s, first = offsets[row],
-                                  count = offsets[row + 1] - first;
+                const std::size_t row = in_grid ? grid_a.index[rows.place(s)] : rows.first + s,
+                                  first = offsets[row - rows.first],
+                                  count = offsets[row - rows.first + 1] - first;
                 write(blocks[block], at, row, first, count);
                 at += count;
                 if (!what.vectors && !what.distances) continue;
@@ -433,19 +458,26 @@ struct NeighborFinder<Dim, T>::Implementation
         return what.shifts || what.vectors || what.distances;
     }
 
-    void search(const Request& request, const NeighborOptions& what, neighbors::StoredNeighbors<Dim, T>& into)
+    /// Puts the points into the grid, if each set has some.
+    void fill_grid(const Request& request)
     {
-        const std::size_t n = request.a.points.size();
+        if (!request.somebody()) return;
+        grid_a.fill(request.a, grid);
+        if (request.two_sets) grid_b.fill(request.b, grid);
+    }
+
+    void search(const Request& request, const neighbors::RowRange& rows, const NeighborOptions& what,
+                neighbors::StoredNeighbors<Dim, T>& into)
+    {
+        const std::size_t n = rows.count;
         counts.reserve(n);
-        if (n == 0 || request.b.points.empty()) {
+        if (!request.somebody()) {
             std::fill_n(counts.data(), n, std::uint64_t{0});
             return store(
-                request, what, into, false,
+                request, rows, what, into, false,
                 [](const neighbors::BlockFound&, std::size_t, std::size_t, std::size_t, std::size_t) {});
         }
         neighbors::GridPoints<Dim, T>& b = request.two_sets ? grid_b : grid_a;
-        grid_a.fill(request.a, grid);
-        if (request.two_sets) grid_b.fill(request.b, grid);
         double runs = 1; // at most, unless they are very many: which task has the most is chance
         bool any_repeats = false;
         for (int k = 0; k < Dim; ++k) {
@@ -459,20 +491,21 @@ struct NeighborFinder<Dim, T>::Implementation
         each_block(n, [&](Scratch& own, std::size_t block, std::size_t begin, std::size_t end) {
             neighbors::BlockFound& found = blocks[block];
             found.count = 0;
-            end = group_from(end);
-            for (std::size_t s = group_from(begin); s < end;) {
-                const std::uint32_t cell = grid_a.cell[grid_a.index[s]];
-                const std::size_t first = s, last = group_from(s + 1);
-                const auto columns = surround(cell, first, last, request.two_sets, with_images, b, own);
+            end = group_from(rows, end);
+            for (std::size_t s = group_from(rows, begin); s < end;) {
+                const std::size_t last = group_from(rows, s + 1), first = rows.place(s);
+                const std::uint32_t cell = grid_a.cell[grid_a.index[first]];
+                const auto columns =
+                    surround(cell, first, rows.place(last - 1) + 1, request.two_sets, with_images, b, own);
                 for (; s < last; ++s) {
-                    const std::size_t before = found.count;
-                    find_row(request, s, own.itself[s - first], columns, b, own, found);
-                    counts[grid_a.index[s]] = found.count - before;
+                    const std::size_t before = found.count, place = rows.place(s);
+                    find_row(request, place, own.itself[place - first], columns, b, own, found);
+                    counts[grid_a.index[place] - rows.first] = found.count - before;
                 }
             }
         });
         const bool any_wrapped = grid_a.any_wrapped || b.any_wrapped;
-        store(request, what, into, true,
+        store(request, rows, what, into, true,
               [&](neighbors::BlockFound& found, std::size_t at, std::size_t row, std::size_t first,
                   std::size_t count) {
                   std::copy_n(found.index.data() + at, count, into.neighbors.data() + first);
@@ -513,7 +546,7 @@ struct NeighborFinder<Dim, T>::Implementation
                 counts[i] = found.count - before;
             }
         });
-        store(request, request.options, result, false,
+        store(request, {0, n, nullptr}, request.options, result, false,
               [&](neighbors::BlockFound& found, std::size_t at, std::size_t row, std::size_t first,
                   std::size_t count) {
                   for (std::size_t k = 0; k < count; ++k) {
@@ -584,12 +617,9 @@ struct NeighborFinder<Dim, T>::Implementation
         is_kept = true;
     }
 
-    const NeighborList<Dim, T>& find(const Set& a, const Set& b, bool two_sets,
-                                     const NeighborCutoff<T>& cutoff, const Cell& cell,
-                                     const NeighborOptions& what)
+    static Request checked_request(const Set& a, const Set& b, bool two_sets, const NeighborCutoff<T>& cutoff,
+                                   const Cell& cell, const NeighborOptions& what)
     {
-        const InUse use(in_use, "NeighborFinder");
-        const ExactFloats exact;
         if (!(what.skin >= 0 && what.skin <= static_cast<double>(std::numeric_limits<T>::max())))
             neighbors::refuse_search("the skin is " + number_text(what.skin) + "; give a length, or 0");
         if (two_sets && what.half)
@@ -597,26 +627,74 @@ struct NeighborFinder<Dim, T>::Implementation
         neighbors::check_points(a);
         if (two_sets) neighbors::check_points(b);
         Request request{a, b, two_sets, neighbors::check_cutoffs(a, b, cutoff), cell, what};
-        const T most = request.rule.greatest + static_cast<T>(what.skin);
+        const T most = request.reach();
         if (!(most * most <= std::numeric_limits<T>::max()))
             neighbors::refuse_search("the skin is " + number_text(what.skin) +
                                      ": its sum with the cutoff is too great");
-        const bool somebody = !a.points.empty() && !b.points.empty();
-        neighbors::NeighborGrid<Dim, T> fresh;
-        fresh.set_axes(cell);
+        return request;
+    }
+    static neighbors::NeighborGrid<Dim, T> fitted_grid(const Request& request)
+    {
+        neighbors::NeighborGrid<Dim, T> fitted;
+        fitted.set_axes(request.cell);
+        if (request.somebody()) fitted.fit(request.a, request.b, static_cast<double>(request.reach()));
+        return fitted;
+    }
+
+    const NeighborList<Dim, T>& find(const Set& a, const Set& b, bool two_sets,
+                                     const NeighborCutoff<T>& cutoff, const Cell& cell,
+                                     const NeighborOptions& what)
+    {
+        const InUse use(in_use, "NeighborFinder");
+        const ExactFloats exact;
+        const Request request = checked_request(a, b, two_sets, cutoff, cell, what);
+        const neighbors::RowRange all{0, a.points.size(), nullptr};
         const bool holds = what.skin > 0 && still_holds(request);
-        if (!holds && somebody) fresh.fit(a, b, static_cast<double>(most));
-        list = {}; // from here on only want of memory ends the call
         if (!holds) {
-            grid = fresh;
+            grid = fitted_grid(request);
+            list = {}; // from here on only want of memory ends the call
             is_kept = false;
-            search(request, what.skin > 0 ? NeighborOptions{} : what, what.skin > 0 ? kept : result);
+            fill_grid(request);
+            search(request, all, what.skin > 0 ? NeighborOptions{} : what, what.skin > 0 ? kept : result);
             if (what.skin > 0) keep(request);
         }
+        list = {};
         if (what.skin > 0) choose(request);
-        return show(a.points.size(), what, !holds);
+        return show(all.count, what, !holds);
     }
-    const NeighborList<Dim, T>& show(std::size_t n, const NeighborOptions& what, bool searched)
+
+    bool stream(const Set& a, const Set& b, bool two_sets, const NeighborCutoff<T>& cutoff, std::size_t rows,
+                Sink sink, const Cell& cell, const NeighborOptions& what)
+    {
+        const InUse use(in_use, "NeighborFinder");
+        const ExactFloats exact;
+        if (!sink) neighbors::refuse_search("no sink to stream to; find() lists all");
+        if (rows == 0) neighbors::refuse_search("a stream in blocks of 0 rows never ends; give 1 or more");
+        if (what.skin != 0)
+            neighbors::refuse_search("a skin is for lists that are kept, and a stream keeps none");
+        const Request request = checked_request(a, b, two_sets, cutoff, cell, what);
+        grid = fitted_grid(request);
+        list = {}; // from here on only want of memory, or the sink, ends the call
+        fill_grid(request);
+        const std::size_t n = a.points.size();
+        rows = std::min(rows, n);
+        places.reserve(n);
+        if (request.somebody()) { // the places of each block's rows, ascending
+            std::uint32_t* const next = next_place.reserve((n - 1) / rows + 1);
+            for (std::size_t block = 0; block * rows < n; ++block)
+                next[block] = static_cast<std::uint32_t>(block * rows);
+            for (std::size_t place = 0; place < n; ++place)
+                places[next[grid_a.index[place] / rows]++] = static_cast<std::uint32_t>(place);
+        }
+        for (std::size_t first = 0; first < n; first += rows) {
+            const neighbors::RowRange some{first, std::min(rows, n - first), places.data() + first};
+            search(request, some, what, result);
+            const NeighborList<Dim, T> found = std::exchange(show(some.count, what, true), {});
+            if (!sink(first, found)) return false;
+        }
+        return true;
+    }
+    NeighborList<Dim, T>& show(std::size_t n, const NeighborOptions& what, bool searched)
     {
         const std::size_t total = result.offsets[n];
         list.offsets = {result.offsets.data(), n + 1};
@@ -722,6 +800,7 @@ struct NeighborFinder<Dim, T>::Implementation
     void release()
     {
         grid_a.release(), grid_b.release(), counts.release(), result.release(), kept.release();
+        places.release(), next_place.release();
         const auto empty = [](auto& vector) {
             vector.clear();
             vector.shrink_to_fit();
@@ -772,6 +851,25 @@ NeighborFinder<Dim, T>::find_systems(Points points, std::span<const std::uint64_
     neighbors::refuse_second_set(cutoff);
     return implementation_->find_systems({points, cutoff.radii, cutoff.types, ""}, offsets, cutoff, cells,
                                          options);
+}
+
+template <int Dim, Coordinate T>
+bool NeighborFinder<Dim, T>::stream(Points points, const NeighborCutoff<T>& cutoff, std::size_t rows,
+                                    Sink sink, const Cell& cell, const NeighborOptions& options)
+{
+    neighbors::refuse_second_set(cutoff);
+    const neighbors::PointSet<Dim, T> set{points, cutoff.radii, cutoff.types, ""};
+    return implementation_->stream(set, set, false, cutoff, rows, sink, cell, options);
+}
+
+template <int Dim, Coordinate T>
+bool NeighborFinder<Dim, T>::stream(Points points, Points others, const NeighborCutoff<T>& cutoff,
+                                    std::size_t rows, Sink sink, const Cell& cell,
+                                    const NeighborOptions& options)
+{
+    return implementation_->stream({points, cutoff.radii, cutoff.types, "a "},
+                                   {others, cutoff.radii_b, cutoff.types_b, "b "}, true, cutoff, rows, sink,
+                                   cell, options);
 }
 
 template <int Dim, Coordinate T>

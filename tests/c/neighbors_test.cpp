@@ -72,6 +72,41 @@ TEST_F(CNeighbors, AreThoseOfCpp)
     }
     EXPECT_EQ(list.searched, 0);
 
+    // In blocks.
+    query.skin = 0;
+    struct Told
+    {
+        std::vector<std::uint64_t> ends{0};
+        std::vector<std::uint32_t> neighbors;
+        std::vector<float> vectors;
+        std::uint64_t calls = 0, wanted = 3;
+    } told;
+    const auto take = [](void* context, std::uint64_t first, std::uint64_t rows,
+                         const jostle_neighbor_list* block) {
+        Told& all = *static_cast<Told*>(context);
+        EXPECT_EQ(first + 1, all.ends.size());
+        EXPECT_EQ(block->offsets[rows], block->count);
+        for (std::uint64_t k = 1; k <= rows; ++k)
+            all.ends.push_back(all.neighbors.size() + block->offsets[k]);
+        all.neighbors.insert(all.neighbors.end(), block->neighbors, block->neighbors + block->count);
+        const auto* const vectors = static_cast<const float*>(block->vectors);
+        all.vectors.insert(all.vectors.end(), vectors, vectors + 3 * block->count);
+        return std::int32_t{++all.calls < all.wanted};
+    };
+    std::int32_t finished = 0;
+    OK(jostle_neighbor_finder_stream(handle, &query, ~std::uint64_t{0}, take, &told, &finished, &error));
+    EXPECT_EQ(finished, 1);
+    EXPECT_EQ(told.calls, 1u);
+    told = {};
+    OK(jostle_neighbor_finder_stream(handle, &query, 90, take, &told, &finished, &error));
+    EXPECT_EQ(finished, 0);
+    const auto& all = twin.find(points, 1.25f, cell, {.half = true, .vectors = true});
+    EXPECT_EQ(told.ends, std::vector<std::uint64_t>(all.offsets.begin(), all.offsets.end()));
+    EXPECT_EQ(told.neighbors, std::vector<std::uint32_t>(all.neighbors.begin(), all.neighbors.end()));
+    ASSERT_EQ(told.vectors.size(), 3 * all.vectors.size());
+    for (std::size_t k = 0; k < told.vectors.size(); ++k)
+        EXPECT_EQ(told.vectors[k], all.vectors[k / 3][static_cast<int>(k % 3)]);
+
     // Two sets, and cutoffs of points and of types.
     query.half = query.vectors = query.distances = 0;
     query.skin = query.cutoff = 0;
@@ -149,7 +184,22 @@ TEST_F(CNeighbors, RefuseWhatTheyCannotRead)
     const double cells[8] = {};
     query.cells = cells, query.repeats = repeats, query.cell_count = 2;
     EXPECT_EQ(refusal(), "there are 2 cells for one system; give one");
-    query.cell_count = 0;
+    const auto stop = [](void*, std::uint64_t, std::uint64_t, const jostle_neighbor_list*) {
+        return std::int32_t{0};
+    };
+    std::int32_t finished = 1;
+    const auto streamed = [&](std::uint64_t rows) {
+        EXPECT_NE(jostle_neighbor_finder_stream(handle, &query, rows, stop, nullptr, &finished, &error),
+                  JOSTLE_OK);
+        return std::string(error.message);
+    };
+    EXPECT_EQ(streamed(1), "there are 2 cells for one system; give one");
+    query.offsets = offsets;
+    EXPECT_EQ(streamed(1), "a stream is of one system, and offsets isn't NULL");
+    query.offsets = nullptr, query.cell_count = 0;
+    EXPECT_EQ(streamed(0), "a stream in blocks of 0 rows never ends; give 1 or more");
+    OK(jostle_neighbor_finder_stream(handle, &query, 1, stop, nullptr, &finished, &error));
+    EXPECT_EQ(finished, 0);
     OK(jostle_neighbor_finder_find(handle, &query, &list, &error));
     EXPECT_EQ(list.count, 2u);
     EXPECT_EQ(jostle_neighbor_finder_find(handle, nullptr, &list, &error), JOSTLE_INVALID_ARGUMENT);

@@ -465,6 +465,118 @@ TEST(Neighbors, AreTheSameOnAnyThreads)
     });
 }
 
+/// All blocks of a stream, one behind the other.
+template <int Dim, class T>
+struct Streamed
+{
+    std::vector<std::uint64_t> offsets{0};
+    std::vector<std::uint32_t> neighbors;
+    std::vector<Shift<Dim>> shifts;
+    std::vector<Vec<Dim, T>> vectors;
+    std::vector<T> distances;
+
+    Streamed(NeighborFinder<Dim, T>& finder, const System<Dim, T>& system, std::size_t rows,
+             const NeighborOptions& what)
+    {
+        const auto take = [&](std::size_t first, const NeighborList<Dim, T>& block) {
+            EXPECT_EQ(first + 1, offsets.size());
+            EXPECT_EQ(block.offsets.size() - 1, std::min(rows, system.a.size() - first));
+            for (std::size_t k = 1; k < block.offsets.size(); ++k)
+                offsets.push_back(neighbors.size() + block.offsets[k]);
+            neighbors.insert(neighbors.end(), block.neighbors.begin(), block.neighbors.end());
+            shifts.insert(shifts.end(), block.shifts.begin(), block.shifts.end());
+            vectors.insert(vectors.end(), block.vectors.begin(), block.vectors.end());
+            distances.insert(distances.end(), block.distances.begin(), block.distances.end());
+            return true;
+        };
+        EXPECT_TRUE(system.two_sets
+                        ? finder.stream(system.a, system.b, system.cutoffs(), rows, take, system.cell, what)
+                        : finder.stream(system.a, system.cutoffs(), rows, take, system.cell, what));
+    }
+    void expect_same(const NeighborList<Dim, T>& list) const
+    {
+        const auto same = [](const auto& x, const auto& y) {
+            return std::equal(x.begin(), x.end(), y.begin(), y.end());
+        };
+        EXPECT_TRUE(same(offsets, list.offsets));
+        EXPECT_TRUE(same(neighbors, list.neighbors));
+        EXPECT_TRUE(same(shifts, list.shifts));
+        EXPECT_TRUE(same(vectors, list.vectors));
+        EXPECT_TRUE(same(distances, list.distances));
+    }
+};
+
+TEST(Neighbors, StreamedInBlocksAreThoseOfFind)
+{
+    for_each_kind([](auto kind) {
+        constexpr int Dim = decltype(kind)::dim;
+        using T = typename decltype(kind)::Number;
+        Random random(9);
+        NeighborFinder<Dim, T> whole;
+        std::size_t found = 0;
+        const auto some_options = [&](bool two_sets) {
+            return NeighborOptions{.half = !two_sets && random.one_in(2),
+                                   .shifts = random.one_in(2),
+                                   .vectors = random.one_in(2),
+                                   .distances = random.one_in(2)};
+        };
+        auto finders = one_of_each_set<Dim, T>();
+        for (int round = 0; round < 200; ++round) {
+            const auto system = random_system<Dim, T>(random, 3000);
+            const NeighborOptions what = some_options(system.two_sets);
+            const auto& list = system.find(whole, what);
+            const std::size_t rows = 1 + random.below(16);
+            Streamed(finders[static_cast<std::size_t>(round) % finders.size()], system, rows, what)
+                .expect_same(list);
+            found += list.neighbors.size();
+            ASSERT_FALSE(testing::Test::HasFailure()) << contract::kind_name<Dim, T>() << " round " << round;
+        }
+        EXPECT_GT(found, 1000u);
+        auto system = large_system<Dim, T>(random, 1500);
+        for (std::size_t i = 0; i < 400; ++i) // more in a cell of the grid than rows are worked on together
+            for (int d = 0; d < Dim; ++d)
+                system.a[3 * i][d] = random.template between<T>(0, T(0.3));
+        for (const contract::NamedExecutor& each : contract::all_executors()) {
+            NeighborFinder<Dim, T> finder({.executor = each.executor.get()});
+            const NeighborOptions what = some_options(false);
+            const std::size_t rows = random.one_in(2) ? 1 + random.below(60) : 500 + random.below(1100);
+            Streamed(finder, system, rows, what).expect_same(system.find(whole, what));
+            ASSERT_FALSE(testing::Test::HasFailure()) << each.name << ", " << rows << " rows";
+        }
+    });
+}
+
+TEST(Neighbors, AStreamCanBeStoppedAndRefusesWhatNeverEnds)
+{
+    NeighborFinder<2, double> finder;
+    const std::vector<Vec<2, double>> points{{0, 0}, {1, 0}, {2, 0}};
+    int calls = 0;
+    const auto stop = [&](std::size_t, const NeighborList<2, double>&) { return ++calls < 2; };
+    EXPECT_FALSE(finder.stream(points, 1.5, 1, stop));
+    EXPECT_EQ(calls, 2);
+    EXPECT_TRUE(finder.stream({}, 1.5, 1, stop));
+    EXPECT_EQ(calls, 2);
+    const auto fail = [](std::size_t, const NeighborList<2, double>&) -> bool { throw 7; };
+    EXPECT_THROW(finder.stream(points, 1.5, 2, fail), int);
+
+    const auto& list = finder.find(points, 1.5);
+    const auto before = rows_of(list);
+    const auto error = [&](std::size_t rows, const NeighborOptions& options = {}) {
+        return message_of([&] { finder.stream(points, 1.5, rows, stop, {}, options); });
+    };
+    EXPECT_EQ(error(0), "a stream in blocks of 0 rows never ends; give 1 or more");
+    EXPECT_EQ(error(1, {.skin = 1}), "a skin is for lists that are kept, and a stream keeps none");
+    EXPECT_EQ(message_of([&] { finder.stream(points, 1.5, 1, {}); }),
+              "no sink to stream to; find() lists all");
+    EXPECT_EQ(message_of([&] { finder.stream(points, -1, 1, stop); }), "the cutoff is -1; give a length");
+    EXPECT_EQ(rows_of(list), before) << "the last list isn't touched";
+    const auto ask = [&](std::size_t, const NeighborList<2, double>&) {
+        finder.find(points, 1);
+        return true;
+    };
+    EXPECT_NE(message_of([&] { finder.stream(points, 1.5, 1, ask); }).find("in use"), std::string::npos);
+}
+
 /// Many in one call are what each is alone, on any threads.
 TEST(Neighbors, OfManySystemsAreThoseOfEach)
 {
@@ -601,6 +713,10 @@ TEST(Neighbors, WithASkinAreTheSameAndSeldomSearched)
         };
         searches();
         EXPECT_FALSE(searches());
+        const auto take = [](std::size_t, const NeighborList<Dim, T>&) { return true; };
+        EXPECT_TRUE(finder.stream(std::span(system.a).first(9), system.cutoff, 2, take));
+        EXPECT_FALSE(searches()) << "a stream leaves what is kept";
+        EXPECT_EQ(rows_of(system.find(finder, {.skin = 0.3})), rows_of(system.find(plain)));
         EXPECT_TRUE(searches({.half = true, .skin = 0.3}));
         EXPECT_TRUE(searches());
         system.cell.vectors[0][0] += T(0.001);
@@ -716,7 +832,11 @@ TEST(Neighbors, ASteadyCallAllocatesNothingAndAFailedOneLeavesAnEmptyList)
         memory.failing_allocation = contract::CountingMemory::never;
         system.find(finder, options);
         finder.find(system.a, system.cutoff, system.cell);
+        const auto take = [](std::size_t, const NeighborList<3, float>&) { return true; };
+        finder.stream(system.a, system.cutoff, 100, take, system.cell);
+        system.find(finder, options);
         const auto before = memory.allocations;
+        finder.stream(system.a, system.cutoff, 100, take, system.cell);
         EXPECT_EQ(rows_of(system.find(finder, options)), expected);
         finder.find(system.a, system.cutoff, system.cell); // without a skin
         EXPECT_EQ(memory.allocations, before);

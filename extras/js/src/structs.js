@@ -30,9 +30,10 @@ export const jostle_stats = {
 };
 export const jostle_images_view = { sizeof: 56, boxes: 0, origin: 40, shift: 44, originals: 48 };
 export const jostle_neighbor_query = {
-  sizeof: 136, struct_size: 0, points: 8, count: 16, others: 24, other_count: 32, offsets: 40,
+  sizeof: 144, struct_size: 0, points: 8, count: 16, others: 24, other_count: 32, offsets: 40,
   system_count: 48, cutoff: 56, radii: 64, radii_b: 68, types: 72, types_b: 76, table: 80, type_count: 88,
   cells: 96, repeats: 100, cell_count: 104, half: 112, shifts: 116, vectors: 120, distances: 124, skin: 128,
+  greater: 136,
 };
 export const jostle_neighbor_list = {
   sizeof: 32, offsets: 0, neighbors: 4, count: 8, shifts: 16, vectors: 20, distances: 24, searched: 28,
