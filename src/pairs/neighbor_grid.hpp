@@ -48,22 +48,52 @@ inline std::string set_text(const char* set)
     throw Error(ErrorCode::invalid_argument, message, index);
 }
 
-/// The vector of the definition.
+/// The vectors of the definition. The sums of the cell's vectors for shifts of at most 1, as most are, wait
+/// in a table.
 template <int Dim, class T>
-Vec<Dim, T> vector_between(const Vec<Dim, T>& from, const Vec<Dim, T>& to, const Periods<Dim>& shift,
-                           const PeriodicCell<Dim, T>& cell)
+class ShiftedVectors
 {
-    Vec<Dim, T> sum{};
-    bool first = true;
-    for (int k = 0; k < Dim; ++k) {
-        if (!cell.repeats[k]) continue;
-        const Vec<Dim, T> term = cell.vectors[k] * static_cast<T>(shift[static_cast<std::size_t>(k)]);
-        sum = first ? term : sum + term;
-        first = false;
+  public:
+    explicit ShiftedVectors(const PeriodicCell<Dim, T>& cell) : cell_(cell)
+    {
+        for (std::uint32_t k = 0; k < near_shifts; ++k) {
+            Periods<Dim> shift;
+            std::uint32_t rest = k;
+            for (std::size_t d = detail::axes<Dim>; d-- > 0; rest /= 3)
+                shift[d] = static_cast<std::int32_t>(rest % 3) - 1;
+            sums_[k] = sum_of(shift);
+        }
     }
-    const Vec<Dim, T> apart = to - from;
-    return first ? apart : apart + sum;
-}
+
+    Vec<Dim, T> between(const Vec<Dim, T>& from, const Vec<Dim, T>& to, const Periods<Dim>& shift) const
+    {
+        std::uint32_t number = 0;
+        bool is_near = true;
+        for (const std::int32_t periods : shift) {
+            const std::uint32_t digit = static_cast<std::uint32_t>(periods) + 1;
+            is_near &= digit < 3;
+            number = number * 3 + digit;
+        }
+        return (to - from) + (is_near ? sums_[number] : sum_of(shift));
+    }
+
+  private:
+    static constexpr std::uint32_t near_shifts = Dim == 3 ? 27 : 9;
+
+    Vec<Dim, T> sum_of(const Periods<Dim>& shift) const
+    {
+        Vec<Dim, T> sum;
+        for (int d = 0; d < Dim; ++d)
+            sum[d] = T(-0.0); // changes nothing that it is added to, zeros included
+        for (int k = 0; k < Dim; ++k)
+            if (cell_.repeats[k])
+                sum += cell_.vectors[k] * static_cast<T>(shift[static_cast<std::size_t>(k)]);
+        return sum;
+    }
+
+    PeriodicCell<Dim, T> cell_;
+    Vec<Dim, T> sums_[near_shifts];
+};
 
 /// One set as a call sees it.
 template <int Dim, class T>

@@ -9,6 +9,7 @@
 #include <array>
 #include <atomic>
 #include <bit>
+#include <cmath>
 #include <limits>
 #include <memory_resource>
 #include <new>
@@ -150,10 +151,14 @@ struct NeighborFinder<Dim, T>::Implementation
 
     struct Scratch
     {
-        explicit Scratch(std::pmr::memory_resource* memory) : runs(memory), around(memory) {}
+        explicit Scratch(std::pmr::memory_resource* memory)
+            : runs(memory), around(memory), chosen(memory), unsure(memory)
+        {
+        }
         std::pmr::vector<neighbors::ImageRun<Dim, T>> runs;
         neighbors::Surroundings<T> around;
         std::array<std::uint32_t, neighbors::rows_per_block> itself{}; ///< where each row is in `around`
+        Buffer<std::uint32_t> chosen, unsure; ///< of a kept row: a bit for each neighbour, and places
     };
     struct Request
     {
@@ -162,6 +167,7 @@ struct NeighborFinder<Dim, T>::Implementation
         neighbors::CutoffRule<T> rule;
         Cell cell;
         NeighborOptions options;
+        neighbors::ShiftedVectors<Dim, T> vectors;
 
         /// How far is looked.
         T reach() const { return rule.greatest + static_cast<T>(options.skin); }
@@ -196,9 +202,9 @@ struct NeighborFinder<Dim, T>::Implementation
     neighbors::GridPoints<Dim, T> grid_a, grid_b; ///< one set has the first alone
     std::pmr::vector<Scratch> scratch;            ///< of each task
     std::pmr::vector<neighbors::BlockFound> blocks;
-    Buffer<std::uint64_t> counts;             ///< of each row
-    Buffer<std::uint32_t> places, next_place; ///< of a stream: of each of its ranges of rows
-    std::size_t most_runs = 0;                ///< what each Scratch has room for
+    Buffer<std::uint64_t> counts;                ///< of each row
+    Buffer<std::uint32_t> places, next_place;    ///< of a stream: of each of its ranges of rows
+    std::size_t most_runs = 0, longest_kept = 0; ///< what each Scratch has room for
     neighbors::StoredNeighbors<Dim, T> result, kept;
     NeighborList<Dim, T> list;
 
@@ -209,6 +215,7 @@ struct NeighborFinder<Dim, T>::Implementation
     // What is kept is for these.
     bool is_kept = false, kept_two_sets = false, kept_half = false, kept_greater = false;
     double kept_skin = 0, kept_rounding = 0;
+    double kept_moved = 0; ///< how far any point has since the search, at most
     T kept_value = 0;
     Cell kept_cell;
     std::size_t kept_a = 0;
@@ -233,6 +240,8 @@ struct NeighborFinder<Dim, T>::Implementation
             most_around = std::max(most_around, each.around.room);
         for (Scratch& each : scratch) {
             each.runs.reserve(most_runs);
+            each.chosen.reserve(longest_kept / 32 + 1);
+            each.unsure.reserve(longest_kept + neighbors::neighbor_padding);
             each.around.reserve(most_around);
         }
         const auto run_block = [&](std::uint64_t begin, std::uint64_t end, Work work) {
@@ -401,8 +410,8 @@ struct NeighborFinder<Dim, T>::Implementation
             const T cutoff = request.rule(from.radius, from.type, other.radius, other.type);
             const T most = cutoff + skin;
             const auto image = neighbors::image_of<Dim>(own.around.image[each.nearby]);
-            const Vec<Dim, T> apart = neighbors::vector_between(
-                from.at, other.at, shift_of(image, from.wrapped, other.wrapped), request.cell);
+            const Vec<Dim, T> apart =
+                request.vectors.between(from.at, other.at, shift_of(image, from.wrapped, other.wrapped));
             if (cutoff > 0 && dot(apart, apart) <= most * most) continue;
             keep_until(each.found);
             next = each.found + 1;
@@ -429,10 +438,10 @@ struct NeighborFinder<Dim, T>::Implementation
         std::uint64_t* const offsets = into.offsets.reserve(n + 1);
         offsets[n] = exclusive_sum(std::copy_n(counts.data(), n, offsets) - n, n);
         const std::uint64_t total = offsets[n];
-        into.neighbors.reserve(total);
+        into.neighbors.reserve(total + neighbors::neighbor_padding);
         if (needs_shifts(what)) into.shifts.reserve(total);
         if (what.vectors) into.vectors.reserve(total);
-        if (what.distances) into.distances.reserve(total);
+        if (what.distances) into.distances.reserve(total + neighbors::neighbor_padding);
         each_block(n, [&](Scratch&, std::size_t block, std::size_t begin, std::size_t end) {
             std::size_t at = 0;
             if (in_grid) begin = group_from(rows, begin), end = group_from(rows, end);
@@ -444,9 +453,8 @@ struct NeighborFinder<Dim, T>::Implementation
                 at += count;
                 if (!what.vectors && !what.distances) continue;
                 for (std::size_t k = first; k < first + count; ++k) {
-                    const Vec<Dim, T> apart =
-                        neighbors::vector_between(request.a.points[row], request.b.points[into.neighbors[k]],
-                                                  into.shifts[k], request.cell);
+                    const Vec<Dim, T> apart = request.vectors.between(
+                        request.a.points[row], request.b.points[into.neighbors[k]], into.shifts[k]);
                     if (what.vectors) into.vectors[k] = apart;
                     if (what.distances) into.distances[k] = length(apart);
                 }
@@ -511,15 +519,18 @@ struct NeighborFinder<Dim, T>::Implementation
                   std::copy_n(found.index.data() + at, count, into.neighbors.data() + first);
                   if (!shifts) return;
                   neighbors::Periods<Dim>* const to = into.shifts.data() + first;
-                  for (std::size_t k = 0; k < count; ++k)
-                      to[k] = with_images ? neighbors::image_of<Dim>(found.image[at + k])
-                                          : neighbors::Periods<Dim>{};
-                  for (std::size_t k = 0; any_wrapped && k < count; ++k)
-                      to[k] = shift_of(to[k], grid_a.periods[row], b.periods[into.neighbors[first + k]]);
+                  for (std::size_t k = 0; k < count; ++k) {
+                      const auto image = with_images ? neighbors::image_of<Dim>(found.image[at + k])
+                                                     : neighbors::Periods<Dim>{};
+                      to[k] = any_wrapped
+                                  ? shift_of(image, grid_a.periods[row], b.periods[into.neighbors[first + k]])
+                                  : image;
+                  }
               });
     }
 
-    /// Chooses from what is kept.
+    /// Chooses from what is kept. By how far points have moved since, most of it is near or isn't; for the
+    /// rest the definition decides.
     void choose(const Request& request)
     {
         const std::size_t n = request.a.points.size();
@@ -528,32 +539,47 @@ struct NeighborFinder<Dim, T>::Implementation
             using Value = std::remove_cvref_t<decltype(values[i])>;
             return values.empty() ? Value{} : values[i];
         };
-        each_block(n, [&](Scratch&, std::size_t block, std::size_t begin, std::size_t end) {
-            neighbors::BlockFound& found = blocks[block];
-            found.count = 0;
-            found.index.reserve(kept.offsets[end] - kept.offsets[begin]);
+        const bool one_cutoff = request.rule.types == 0 && !request.rule.of_radii;
+        const bool shifts = needs_shifts(request.options);
+        each_block(n, [&](Scratch& own, std::size_t block, std::size_t begin, std::size_t end) {
+            neighbors::BlockFound& into = blocks[block];
+            into.count = 0;
+            const std::size_t room = kept.offsets[end] - kept.offsets[begin] + neighbors::neighbor_padding;
+            into.index.reserve(room);
+            if (shifts) into.image.reserve(room);
             for (std::size_t i = begin; i < end; ++i) {
-                const std::size_t before = found.count;
-                for (std::uint64_t k = kept.offsets[i]; k < kept.offsets[i + 1]; ++k) {
-                    const std::uint32_t j = kept.neighbors[k];
-                    const Vec<Dim, T> apart = neighbors::vector_between(
-                        request.a.points[i], request.b.points[j], kept.shifts[k], request.cell);
+                const std::uint64_t first = kept.offsets[i];
+                const std::size_t count = kept.offsets[i + 1] - first;
+                const Vec<Dim, T> from = request.a.points[i];
+                const double moved = length(grid.wide(from) - grid.wide(kept_points[i])) + kept_moved,
+                             by = moved * (1 + 1e-12) + 4 * kept_rounding;
+                const T sure = one_cutoff ? static_cast<T>(request.rule.value - by) : T(-1),
+                        near = one_cutoff ? static_cast<T>(request.rule.value + by)
+                                          : std::numeric_limits<T>::infinity();
+                std::uint32_t* const chosen = own.chosen.data();
+                const std::size_t unsure = kernels->tell_apart(kept.distances.data() + first, count, sure,
+                                                               near, chosen, own.unsure.data());
+                for (std::size_t u = 0; u < unsure; ++u) { // without a branch that depends on what is near
+                    const std::uint32_t k = own.unsure[u], j = kept.neighbors[first + k];
+                    const Vec<Dim, T> apart =
+                        request.vectors.between(from, request.b.points[j], kept.shifts[first + k]);
                     const T cutoff = request.rule(of(request.a.radii, i), of(request.a.types, i),
                                                   of(request.b.radii, j), of(request.b.types, j));
-                    found.index[found.count] = static_cast<std::uint32_t>(k - kept.offsets[i]);
-                    found.count += dot(apart, apart) <= cutoff * cutoff;
+                    const bool is_far = !(dot(apart, apart) <= cutoff * cutoff);
+                    chosen[k / 32] ^= std::uint32_t{is_far} << k % 32;
                 }
-                counts[i] = found.count - before;
+                counts[i] = kernels->take_chosen(kept.neighbors.data() + first, count, chosen,
+                                                 into.index.data() + into.count,
+                                                 shifts ? into.image.data() + into.count : nullptr);
+                into.count += counts[i];
             }
         });
         store(request, {0, n, nullptr}, request.options, result, false,
               [&](neighbors::BlockFound& found, std::size_t at, std::size_t row, std::size_t first,
                   std::size_t count) {
-                  for (std::size_t k = 0; k < count; ++k) {
-                      const std::uint64_t from = kept.offsets[row] + found.index[at + k];
-                      result.neighbors[first + k] = kept.neighbors[from];
-                      if (needs_shifts(request.options)) result.shifts[first + k] = kept.shifts[from];
-                  }
+                  std::copy_n(found.index.data() + at, count, result.neighbors.data() + first);
+                  for (std::size_t k = 0; shifts && k < count; ++k)
+                      result.shifts[first + k] = kept.shifts[kept.offsets[row] + found.image[at + k]];
               });
     }
 
@@ -595,12 +621,16 @@ struct NeighborFinder<Dim, T>::Implementation
                         request.rule.table.end()))
             return false;
         const double most = kept_skin / 2 * (1 - 1e-12) - 4 * kept_rounding;
+        if (!(most > 0)) return false;
+        double furthest = 0;
         std::size_t at = 0;
         for (const Set* set : {&request.a, &request.b})
             for (const Vec<Dim, T>& point : set->points) {
                 const auto moved = grid.wide(point) - grid.wide(kept_points[at++]);
-                if (!(most > 0 && dot(moved, moved) <= most * most)) return false;
+                furthest = std::max(furthest, dot(moved, moved));
+                if (!(furthest <= most * most)) return false;
             }
+        kept_moved = std::sqrt(furthest);
         return true;
     }
     void keep(const Request& request)
@@ -614,6 +644,10 @@ struct NeighborFinder<Dim, T>::Implementation
         keep_columns(request, kept_types, types_of);
         kept_table.assign(request.rule.table.begin(), request.rule.table.end());
         kept_rounding = grid.rounding;
+        kept_moved = 0;
+        longest_kept = 0;
+        for (std::size_t i = 0; i < request.a.points.size(); ++i)
+            longest_kept = std::max<std::size_t>(longest_kept, kept.offsets[i + 1] - kept.offsets[i]);
         is_kept = true;
     }
 
@@ -626,7 +660,13 @@ struct NeighborFinder<Dim, T>::Implementation
             neighbors::refuse_search("half lists are for one set: of two sets each pair comes once already");
         neighbors::check_points(a);
         if (two_sets) neighbors::check_points(b);
-        Request request{a, b, two_sets, neighbors::check_cutoffs(a, b, cutoff), cell, what};
+        Request request{a,
+                        b,
+                        two_sets,
+                        neighbors::check_cutoffs(a, b, cutoff),
+                        cell,
+                        what,
+                        neighbors::ShiftedVectors<Dim, T>(cell)};
         const T most = request.reach();
         if (!(most * most <= std::numeric_limits<T>::max()))
             neighbors::refuse_search("the skin is " + number_text(what.skin) +
@@ -655,7 +695,8 @@ struct NeighborFinder<Dim, T>::Implementation
             list = {}; // from here on only want of memory ends the call
             is_kept = false;
             fill_grid(request);
-            search(request, all, what.skin > 0 ? NeighborOptions{} : what, what.skin > 0 ? kept : result);
+            constexpr NeighborOptions to_keep{.shifts = true, .distances = true};
+            search(request, all, what.skin > 0 ? to_keep : what, what.skin > 0 ? kept : result);
             if (what.skin > 0) keep(request);
         }
         list = {};

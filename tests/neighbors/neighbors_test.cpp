@@ -381,6 +381,13 @@ TEST(Neighbors, OfAFewPointsCanBeCounted)
     EXPECT_EQ(rows_of(finder.find(two, 1.99f, cell)), (std::vector<Row<3>>{{}, {}}));
     EXPECT_EQ(rows_of(finder.find(two, 8)), (std::vector<Row<3>>{{{1u, {}}}, {{0u, {}}}}));
     EXPECT_EQ(rows_of(finder.find({}, 8)), (std::vector<Row<3>>{}));
+    const std::vector<Vec<3, float>> zeros{{0, 0, 0}, {-0.0f, 1, 0}};
+    for (const bool repeats : {false, true}) { // in open space nothing is added, not even 0
+        const PeriodicCell<3, float> around{{{10, 0, 0}, {}, {}}, {repeats, false, false}};
+        const Vec<3, float> vector = finder.find(zeros, 2, around, {.vectors = true}).vectors[0];
+        EXPECT_EQ(vector, (Vec<3, float>{0, 1, 0}));
+        EXPECT_EQ(std::signbit(vector[0]), !repeats);
+    }
     EXPECT_EQ(rows_of(finder.find(two, {}, 8)), (std::vector<Row<3>>{{}, {}}));
 }
 
@@ -465,9 +472,9 @@ TEST(Neighbors, AreTheSameOnAnyThreads)
     });
 }
 
-/// All blocks of a stream, one behind the other.
+/// A list, or all blocks of a stream one behind the other.
 template <int Dim, class T>
-struct Streamed
+struct Listed
 {
     std::vector<std::uint64_t> offsets{0};
     std::vector<std::uint32_t> neighbors;
@@ -475,23 +482,28 @@ struct Streamed
     std::vector<Vec<Dim, T>> vectors;
     std::vector<T> distances;
 
-    Streamed(NeighborFinder<Dim, T>& finder, const System<Dim, T>& system, std::size_t rows,
-             const NeighborOptions& what)
+    explicit Listed(const NeighborList<Dim, T>& list) { add(list); }
+    Listed(NeighborFinder<Dim, T>& finder, const System<Dim, T>& system, std::size_t rows,
+           const NeighborOptions& what)
     {
         const auto take = [&](std::size_t first, const NeighborList<Dim, T>& block) {
             EXPECT_EQ(first + 1, offsets.size());
             EXPECT_EQ(block.offsets.size() - 1, std::min(rows, system.a.size() - first));
-            for (std::size_t k = 1; k < block.offsets.size(); ++k)
-                offsets.push_back(neighbors.size() + block.offsets[k]);
-            neighbors.insert(neighbors.end(), block.neighbors.begin(), block.neighbors.end());
-            shifts.insert(shifts.end(), block.shifts.begin(), block.shifts.end());
-            vectors.insert(vectors.end(), block.vectors.begin(), block.vectors.end());
-            distances.insert(distances.end(), block.distances.begin(), block.distances.end());
+            add(block);
             return true;
         };
         EXPECT_TRUE(system.two_sets
                         ? finder.stream(system.a, system.b, system.cutoffs(), rows, take, system.cell, what)
                         : finder.stream(system.a, system.cutoffs(), rows, take, system.cell, what));
+    }
+    void add(const NeighborList<Dim, T>& block)
+    {
+        for (std::size_t k = 1; k < block.offsets.size(); ++k)
+            offsets.push_back(neighbors.size() + block.offsets[k]);
+        neighbors.insert(neighbors.end(), block.neighbors.begin(), block.neighbors.end());
+        shifts.insert(shifts.end(), block.shifts.begin(), block.shifts.end());
+        vectors.insert(vectors.end(), block.vectors.begin(), block.vectors.end());
+        distances.insert(distances.end(), block.distances.begin(), block.distances.end());
     }
     void expect_same(const NeighborList<Dim, T>& list) const
     {
@@ -526,7 +538,7 @@ TEST(Neighbors, StreamedInBlocksAreThoseOfFind)
             const NeighborOptions what = some_options(system.two_sets);
             const auto& list = system.find(whole, what);
             const std::size_t rows = 1 + random.below(16);
-            Streamed(finders[static_cast<std::size_t>(round) % finders.size()], system, rows, what)
+            Listed(finders[static_cast<std::size_t>(round) % finders.size()], system, rows, what)
                 .expect_same(list);
             found += list.neighbors.size();
             ASSERT_FALSE(testing::Test::HasFailure()) << contract::kind_name<Dim, T>() << " round " << round;
@@ -540,7 +552,7 @@ TEST(Neighbors, StreamedInBlocksAreThoseOfFind)
             NeighborFinder<Dim, T> finder({.executor = each.executor.get()});
             const NeighborOptions what = some_options(false);
             const std::size_t rows = random.one_in(2) ? 1 + random.below(60) : 500 + random.below(1100);
-            Streamed(finder, system, rows, what).expect_same(system.find(whole, what));
+            Listed(finder, system, rows, what).expect_same(system.find(whole, what));
             ASSERT_FALSE(testing::Test::HasFailure()) << each.name << ", " << rows << " rows";
         }
     });
@@ -740,6 +752,53 @@ TEST(Neighbors, WithASkinAreTheSameAndSeldomSearched)
         EXPECT_FALSE(searches());
         system.greater = true;
         EXPECT_TRUE(searches());
+    });
+}
+
+/// Any system, while its points move: what is kept holds for a while, and isn't what the list says.
+TEST(Neighbors, WithASkinAreTheSameInAnySystem)
+{
+    const auto rounds = contract::environment_number("JOSTLE_NEIGHBOR_ROUNDS", 300);
+    for_each_kind([&](auto kind) {
+        constexpr int Dim = decltype(kind)::dim;
+        using T = typename decltype(kind)::Number;
+        Random random(contract::environment_number("JOSTLE_NEIGHBOR_SEED", 1));
+        auto finders = one_of_each_set<Dim, T>();
+        NeighborFinder<Dim, T> plain;
+        std::size_t found = 0, kept = 0, steps = 0;
+        for (std::uint64_t round = 0; round < rounds; ++round) {
+            NeighborFinder<Dim, T>& finder = finders[round % finders.size()];
+            auto system = random_system<Dim, T>(random, 3000);
+            T cutoff = 0;
+            for (std::size_t i = 0; i < system.a.size() && !system.a.empty(); ++i)
+                cutoff = std::max(cutoff, cutoff_by_definition(system, i, 0));
+            if (!(cutoff > 0)) continue;
+            NeighborOptions what{.half = !system.two_sets && random.one_in(2),
+                                 .shifts = random.one_in(2),
+                                 .vectors = random.one_in(2),
+                                 .distances = random.one_in(2)};
+            const T skin = cutoff * random.template between<T>(T(0.1), 1);
+            const T most = skin * (random.one_in(2) ? T(0.05) : T(0.2));
+            for (int step = 0; step < 5; ++step, ++steps) {
+                what.skin = 0;
+                const auto& expected = system.find(plain, what);
+                what.skin = static_cast<double>(skin);
+                const auto& list = system.find(finder, what);
+                Listed<Dim, T>(list).expect_same(expected);
+                ASSERT_FALSE(testing::Test::HasFailure())
+                    << contract::kind_name<Dim, T>() << " round " << round;
+                found += list.neighbors.size();
+                kept += !list.searched;
+                for (auto* points : {&system.a, &system.b})
+                    for (Vec<Dim, T>& point : *points)
+                        if (!random.one_in(3))
+                            for (int d = 0; d < Dim; ++d)
+                                point[d] += random.template between<T>(-most, most);
+            }
+        }
+        EXPECT_GT(found, 20 * rounds);
+        EXPECT_GT(kept, steps / 8);
+        EXPECT_LT(kept, steps * 3 / 4);
     });
 }
 

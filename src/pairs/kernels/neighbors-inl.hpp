@@ -9,6 +9,12 @@ template <class T>
 inline constexpr std::uint32_t vectors_at_once = NeighborNumbers::size / Vec<T>::size;
 static_assert(NeighborNumbers::size <= neighbor_padding);
 
+/// The numbers from `first` on.
+HWY_ATTR inline NeighborNumbers numbers_from(std::size_t first)
+{
+    return NeighborNumbers(static_cast<std::uint32_t>(first)) + NeighborNumbers::lane_numbers();
+}
+
 template <int Dim, class T>
 HWY_ATTR std::size_t select(const T* const (&axes)[3], std::size_t begin, std::size_t end,
                             const jostle::Vec<Dim, T>& by, const Extent<Dim, T>& box, T near,
@@ -29,9 +35,7 @@ HWY_ATTR std::size_t select(const T* const (&axes)[3], std::size_t begin, std::s
             close |= mask_bits(square <= most) << (part * Vec<T>::size);
         }
         if (end - k < NeighborNumbers::size) close &= (1u << (end - k)) - 1;
-        const NeighborNumbers numbers =
-            NeighborNumbers(static_cast<std::uint32_t>(k)) + NeighborNumbers::lane_numbers();
-        compress(numbers, close).storeu(selected + count);
+        compress(numbers_from(k), close).storeu(selected + count);
         count += static_cast<std::size_t>(std::popcount(close));
     }
     return count;
@@ -77,4 +81,39 @@ HWY_ATTR void find_row(const NearbyColumns<T>& columns, std::size_t first, const
         find_in_columns<true, Dim, T>(columns, first, here, sure, near, row);
     else
         find_in_columns<false, Dim, T>(columns, first, here, sure, near, row);
+}
+
+template <class T>
+HWY_ATTR std::size_t tell_apart(const T* distances, std::size_t count, T sure, T near, std::uint32_t* chosen,
+                                std::uint32_t* unsure)
+{
+    std::fill_n(chosen, count / 32 + 1, 0u);
+    std::size_t unsure_count = 0;
+    for (std::size_t k = 0; k < count; k += NeighborNumbers::size) {
+        unsigned close = 0, decided = 0;
+        for (std::uint32_t part = 0; part < vectors_at_once<T>; ++part) {
+            const Vec<T> distance = Vec<T>::loadu(distances + k + part * Vec<T>::size);
+            close |= mask_bits(distance <= Vec<T>(near)) << (part * Vec<T>::size);
+            decided |= mask_bits(distance <= Vec<T>(sure)) << (part * Vec<T>::size);
+        }
+        if (count - k < NeighborNumbers::size) close &= (1u << (count - k)) - 1;
+        chosen[k / 32] |= close << k % 32;
+        compress(numbers_from(k), close & ~decided).storeu(unsure + unsure_count);
+        unsure_count += static_cast<std::size_t>(std::popcount(close & ~decided));
+    }
+    return unsure_count;
+}
+
+HWY_ATTR inline std::size_t take_chosen(const std::uint32_t* neighbors, std::size_t count,
+                                        const std::uint32_t* chosen, std::uint32_t* index,
+                                        std::uint32_t* places)
+{
+    std::size_t taken = 0;
+    for (std::size_t k = 0; k < count; k += NeighborNumbers::size) {
+        const unsigned bits = chosen[k / 32] >> k % 32 & ((1u << NeighborNumbers::size) - 1);
+        compress(NeighborNumbers::loadu(neighbors + k), bits).storeu(index + taken);
+        if (places != nullptr) compress(numbers_from(k), bits).storeu(places + taken);
+        taken += static_cast<std::size_t>(std::popcount(bits));
+    }
+    return taken;
 }

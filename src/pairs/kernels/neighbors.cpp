@@ -27,7 +27,8 @@ namespace HWY_NAMESPACE {
 template <int Dim, class T>
 const NeighborKernels<Dim, T>& kernels()
 {
-    static constexpr NeighborKernels<Dim, T> table = {select<Dim, T>, find_row<Dim, T>};
+    static constexpr NeighborKernels<Dim, T> table = {select<Dim, T>, find_row<Dim, T>, tell_apart<T>,
+                                                      take_chosen};
     return table;
 }
 } // namespace HWY_NAMESPACE

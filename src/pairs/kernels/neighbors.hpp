@@ -60,6 +60,14 @@ struct NeighborKernels
     /// most `near`; where it is above `sure`, they are listed as unsure as well.
     void (*find_row)(const NearbyColumns<T>& columns, std::size_t first, const Vec<Dim, T>& here, T sure,
                      T near, RowFound& row);
+    /// Of neighbours at these distances, as long as they were kept, sets the bits of those that are at most
+    /// `near`, 32 a word, and clears all others. Of these it writes which are above `sure`, and returns how
+    /// many.
+    std::size_t (*tell_apart)(const T* distances, std::size_t count, T sure, T near, std::uint32_t* chosen,
+                              std::uint32_t* unsure);
+    /// Writes the neighbours whose bit is set, and their places unless nobody wants them. Returns how many.
+    std::size_t (*take_chosen)(const std::uint32_t* neighbors, std::size_t count, const std::uint32_t* chosen,
+                               std::uint32_t* index, std::uint32_t* places);
 };
 
 /// For one of supported_instruction_sets().
