@@ -20,6 +20,8 @@ extern std::vector<jostle::Aabb3f> boxes, new_boxes, bullets, targets;
 extern std::vector<std::uint32_t> ids;
 extern jostle::Aabb3f box, new_box, region, door_box, player_box;
 extern jostle::Vec3f eye, direction;
+extern std::vector<jostle::Vec3f> at;
+extern std::vector<float> radii;
 extern jostle::World3f world;
 extern jostle::ObjectId ghost;
 extern std::vector<jostle::ObjectId> others;
