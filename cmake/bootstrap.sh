@@ -8,7 +8,7 @@ packages_run=("${packages_library[@]}" libcli11-dev nlohmann-json3-dev libfast-f
 packages_test=("${packages_run[@]}" libgtest-dev librapidcheck-dev libgmp-dev clang-19 libclang-rt-19-dev clang-format-19
                assimp-testmodels python3 gnuplot-nox)
 packages_c=(rustc golang-go luajit abigail-tools valgrind) # languages that call the C interface; what compares binaries; what checks memory
-packages_python=(pybind11-dev python3-dev python3-numpy python3-build python3-venv python3-pytest mypy python3-matplotlib valgrind)
+packages_python=(pybind11-dev python3-dev python3-numpy python3-build python3-venv python3-pytest mypy python3-matplotlib python3-ase valgrind)
 packages_bullet=(libbullet-dev) # what there are adapters for
 packages_fcl=(libfcl-dev)
 packages_mpi=(libopenmpi-dev openmpi-bin libtrilinos-zoltan-dev)

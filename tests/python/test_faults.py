@@ -217,6 +217,14 @@ CALLS = {
     "spatial_order": lambda: jostle.spatial_order(boxes, threads=1),
     "join": lambda: jostle.join(boxes[:, 0], 0.1, threads=1),
     "join, two sets": lambda: jostle.join(boxes[:, 0], 0.1, others[:, 0], 0.1, threads=1),
+    # Neighbours.
+    "neighbors": lambda: jostle.neighbors(boxes[:, 0], 0.3, threads=1),
+    "neighbors, everything": lambda: jostle.neighbors(boxes[:, 0], 0.3, [1.0, 1, 1], True, quantities="ijSDdo", threads=1),
+    "neighbors, two threads": lambda: jostle.neighbors(boxes[:, 0], each / 100, quantities="jo", threads=2),
+    "neighbors, two sets": lambda: jostle.neighbors(boxes[:, 0], 0.3, others=others[:, 0], threads=1),
+    "neighbors, systems": lambda: jostle.neighbors([boxes[:20, 0], boxes[20:, 0]], 0.3, [1.0, 1, 1], [True, True, False], threads=1),
+    "neighbors, none": lambda: jostle.neighbors(boxes[:1, 0], 0.3, quantities="ijSDdo", threads=1),
+    "neighbors, a mistake": lambda: raised(lambda: jostle.neighbors(boxes[:, 0], -1, threads=1)),
     # Shapes.
     "sphere": lambda: jostle.sphere(1),
     "sphere, a mistake": lambda: raised(lambda: jostle.sphere("large")),
@@ -417,6 +425,19 @@ def cases(calls):
 @cases(CALLS)
 def test_of_no_object(call):
     assert starve(lambda: None, lambda made: call()) > 0
+
+
+@pytest.mark.parametrize("skin", [0, 0.1])
+def test_neighbor_finder(skin):
+    def make():
+        finder = jostle.NeighborFinder(skin=skin, threads=1)
+        finder.find(boxes[:5, 0], 0.3)
+        return finder
+
+    def find(finder):
+        return finder.find(boxes[:, 0], 0.3, [1.0, 1, 1], True, quantities="ijSDdo")
+
+    assert starve(make, find, later=find) > 0
 
 
 def next_update(world):

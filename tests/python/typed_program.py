@@ -9,6 +9,10 @@ def use(boxes: np.ndarray) -> int:
     pairs: np.ndarray = jostle.find_pairs(boxes, order="sorted")
     for part in jostle.iter_pairs(boxes, chunk=1000):
         part.sum()
+    i, j = jostle.neighbors(boxes[:, 0], 1.0, periodic=False)
+    searched: bool = jostle.NeighborFinder(skin=0.1).searched
+    jostle.neighbors(boxes[:, 0], 1.0, half=True)  # type: ignore[call-arg]
+    listed: jostle.ase.NeighborList = jostle.ase.NeighborList([1.0], self_interaction=False)
     world = jostle.World(3, np.float32)
     ids: np.ndarray = world.add(boxes)
     world.update(ids, boxes)
@@ -27,4 +31,4 @@ def use(boxes: np.ndarray) -> int:
     jostle.find_pairs(boxes, accept=lambda a, b: a < b)
     jostle.find_pairs(boxes, ordered=True)  # type: ignore[call-arg]
     world.save().frobnicate()  # type: ignore[attr-defined]
-    return len(other) + len(hits.ids) + len(reasons) + len(close.at) + stopped
+    return len(other) + len(hits.ids) + len(reasons) + len(close.at) + stopped + searched + len(i) + listed.nupdates

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import warnings as _warnings
 
+from . import ase
 from ._closed_mesh import ClosedMesh
 from ._contacts import (ContactFinder, bounds, contacts, distances, impacts, ray_casts, shape_casts, sum_by_object,
                         touching)
@@ -26,6 +27,7 @@ from ._core import instruction_sets, version
 from ._errors import Error, NoSuchObjectError, StaleIdError
 from ._index import BoxIndex
 from ._lists import Answers, ClosePairs, Hits, ShapeAnswers
+from ._neighbors import NeighborFinder, neighbors
 from ._pairs import PairFinder, ScenePairs, find_pairs, find_periodic_pairs, find_scenes, iter_pairs, join, spatial_order
 from ._plot import plot
 from ._queries import (Queries, frustums, nearest, nearest_to_boxes, nearest_to_shapes, overlapping, posed_shapes, rays, shape_sweeps,
@@ -38,12 +40,12 @@ __version__ = version()
 if list(instruction_sets()) == ["scalar"]:  # pip shows nothing of what the build says
     _warnings.warn("jostle works without SIMD, several times as slow: it was built without Google Highway (Debian: "
                    "libhwy-dev), or this processor has nothing of the kind", RuntimeWarning, stacklevel=2)
-__all__ = ["Answers", "BoxIndex", "ClosePairs", "ClosedMesh", "ContactFinder", "EndedPairs", "Error", "Hits", "NoSuchObjectError",
+__all__ = ["Answers", "BoxIndex", "ClosePairs", "ClosedMesh", "ContactFinder", "EndedPairs", "Error", "Hits", "NeighborFinder", "NoSuchObjectError",
            "PairFinder", "PairSlots", "Queries", "ScenePairs", "Shape", "ShapeAnswers",
-           "Shapes", "StaleIdError", "World", "bounds", "box", "capsule",
+           "Shapes", "StaleIdError", "World", "ase", "bounds", "box", "capsule",
            "compound", "cone", "contacts", "cylinder", "distances", "ellipsoid", "find_pairs",
            "find_periodic_pairs", "find_scenes", "frustums", "half_space", "height_field", "hull", "impacts",
            "instruction_sets", "iter_pairs", "join", "mesh", "motions", "nearest", "nearest_to_boxes",
-           "nearest_to_shapes", "overlapping", "plot", "posed_shapes",
+           "nearest_to_shapes", "neighbors", "overlapping", "plot", "posed_shapes",
            "poses", "ray_casts", "rays", "rounded_box", "rounded_hull", "shape_casts", "shape_sweeps", "spatial_order", "sphere", "spheres",
            "sum_by_object", "sweeps", "touching", "version"]

@@ -152,6 +152,24 @@ def pairs(dtype):
     yield "join", dict(points=points, radii=radii.astype(np.float32)), lambda **a: jostle.join(**a)
 
 
+def neighbors(dtype):
+    points, others, cell = LO.astype(dtype), LO[::-1].astype(dtype) + dtype(0.25), np.array([[4, 0, 0], [1, 4, 0], [0, 0, 3.5]])
+    radii, types, table = np.arange(N) / 8, np.arange(N, dtype=np.uint32) % 2, np.array([[1, 0.5], [0.5, 1.5]])
+    space, flags = dict(cell=cell, periodic=np.array([True, False, True])), np.arange(9).reshape(3, 3) % 2 == 0
+    cells = np.stack([cell, 2 * cell, cell + np.eye(3)])
+    for name, find in (("neighbors", jostle.neighbors), ("NeighborFinder.find", jostle.NeighborFinder(threads=1).find)):
+        call = lambda find=find, **a: find(**a, quantities="ijSDdo")
+        yield name, dict(points=points, cutoff=np.array(1.5), **space), call
+        yield name, dict(points=points, cutoff=radii, cell=np.array([4, 4, 4.0]), periodic=np.array(True)), call
+        yield name, dict(points=points, cutoff=radii, others=others, cutoff_b=radii, **space), call
+        yield name, dict(points=points, cutoff=table, types=types, **space), call
+        yield name, dict(points=points, cutoff=table, types=types, others=others, types_b=1 - types), call
+        yield name, dict(points=points, cutoff=np.array(1.5), offsets=np.array([0, 5, 5, N], np.uint64), cell=cells, periodic=flags), call
+        of_kinds = lambda find=find, **a: find(points, {(0, 1): 1.5, (0, 0): 1}, quantities="ij", **a)
+        yield name, dict(types=types), of_kinds
+        yield name, dict(types=types, others=others, types_b=types), of_kinds
+
+
 def indexes(dtype):
     boxes, ids = BOXES.astype(dtype), np.arange(N, dtype=np.uint32)[::-1] * 2
     again = {name: np.repeat(values, 2) for name, values in MASKS.items()}
@@ -294,7 +312,7 @@ def contacts(dtype):
         yield "sum_by_object", dict(objects=objects, values=values), lambda **a: jostle.sum_by_object(count=5, **a)
 
 
-ROOMS = (queries, pairs, indexes, worlds, shapes, contacts)
+ROOMS = (queries, pairs, neighbors, indexes, worlds, shapes, contacts)
 
 
 def parts_of(answer):

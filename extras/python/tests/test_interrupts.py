@@ -94,6 +94,8 @@ jostle.find_pairs(boxes, boxes, order="sorted")
 jostle.find_periodic_pairs(boxes, [10, 0, 0])
 jostle.find_scenes(crowded, scenes)
 jostle.join(boxes[:, 0], 1)
+jostle.neighbors(boxes[:, 0], 1)
+jostle.NeighborFinder(skin=1).find(boxes[:, 0], 1, [8, 8, 8], True)
 for part in jostle.iter_pairs(boxes): pass
 world.update(world.add(boxes), boxes)
 index.join(boxes)
