@@ -11,6 +11,7 @@ import jostle
 from jostle.ase import NeighborList, neighbor_list
 
 ase = pytest.importorskip("ase")
+import ase.build  # noqa: E402
 from ase import neighborlist as theirs  # noqa: E402
 
 ALL_PBC = list(itertools.product((False, True), repeat=3))
@@ -140,6 +141,28 @@ def test_mistakes_are_named():
     with pytest.raises(jostle.Error):
         nl.update(ase.Atoms("HC", [[0, 0, 0], [np.nan, 0, 0]]))
     assert nl.nupdates == 1 and not nl.update(atoms)
+
+
+@pytest.mark.parametrize("pbc", (True, False, (True, False, True)))
+def test_calculators_of_ase_have_the_same_energies_and_forces(monkeypatch, pbc):
+    from ase.calculators import emt, lj, morse
+
+    atoms = ase.build.bulk("Cu", cubic=True) * (2, 3, 2)
+    atoms.set_cell(atoms.cell.array @ [[1, 0.1, 0], [0, 1, 0], [0, 0.05, 1]], scale_atoms=True)
+    atoms.pbc = pbc
+    atoms.rattle(0.1, seed=1)
+
+    def told(calculator):
+        atoms.calc = calculator
+        return np.concatenate([[atoms.get_potential_energy()], atoms.get_forces().ravel()])
+
+    make = (emt.EMT, lambda: lj.LennardJones(sigma=2.3, epsilon=0.4, rc=5.5), lambda: morse.MorsePotential(r0=2.6, epsilon=0.3))
+    expected = [told(one()) for one in make]
+    for module in (emt, lj):
+        monkeypatch.setattr(module, "NeighborList", NeighborList)
+    monkeypatch.setattr(morse, "neighbor_list", neighbor_list)
+    for one, numbers in zip(make, expected):
+        np.testing.assert_allclose(told(one()), numbers, rtol=1e-9, atol=1e-9)
 
 
 def test_ase_is_not_imported():
