@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: MIT
 """neighbors and NeighborFinder: against the definition, over all images, and against SciPy's cKDTree in open space."""
+import contextlib
 import gc
 import itertools
+import threading
 
 import numpy as np
 import pytest
@@ -271,3 +273,29 @@ def test_a_finder_refuses_a_wrong_skin_and_many_systems_with_one():
             jostle.NeighborFinder(skin=skin).find([[0.0, 0, 0]], 1.0)
     with pytest.raises(jostle.Error, match="a skin is for one system"):
         jostle.NeighborFinder(skin=0.1).find([[[0.0, 0, 0]], [[0.0, 0, 0]]], 1.0)
+
+
+def test_a_finder_is_for_one_call_at_a_time():
+    finder, points = jostle.NeighborFinder(threads=1), np.random.default_rng(4).random((100_000, 3))
+    expected = jostle.neighbors(points, 0.03)
+    refused = 0
+    for _ in range(10):
+        found = []
+
+        def find():
+            with contextlib.suppress(jostle.Error):  # where the calls below were first
+                found.append(finder.find(points, 0.03))
+
+        thread = threading.Thread(target=find)
+        thread.start()
+        while thread.is_alive() and not refused:
+            for call in (lambda: finder.find([[0.0, 0, 0]], 1.0), finder.release_memory):
+                try:
+                    call()
+                except jostle.Error as error:
+                    assert "the neighbor finder is in use" in str(error)
+                    refused += 1
+        thread.join()
+        if refused and found:
+            break
+    assert refused and all(np.array_equal(x, y) for x, y in zip(found[0], expected))
