@@ -87,7 +87,8 @@ export interface BoxFile {
 /**
  * Reads boxes from what is in a file; its name's extension says what it is:
  *
- * .csv   a table, whose first line is lo_x,lo_y,hi_x,hi_y or lo_x,lo_y,lo_z,hi_x,hi_y,hi_z, and maybe id
+ * .csv   a table, whose first line may name the columns: lo_x,lo_y[,lo_z],hi_x,hi_y[,hi_z], or xmin, minx
+ *        and their like, or x,y[,z],w,h[,d] with sizes, and maybe id
  * .npy   an array of NumPy's, float32 or float64, of shape (n, 2, dim) or (n, 2 * dim)
  * .jrec  a recording, of `jostle simulate --record` or of a program with `jostle::Recorder`
  *

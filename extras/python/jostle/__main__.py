@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
 """python -m jostle FILE [-o OUT] [--stats]: the touching pairs of a file of boxes, as `jostle pairs` finds them.
 
-FILE is CSV with the columns lo_x, lo_y, hi_x, hi_y (and lo_z, hi_z, and id), or `-` for such from stdin, or a .npy array of
-shape (n, 2, d) or (n, 2 d). OUT ends in .csv, .npy or .jsonl; without it the pairs go to stdout.
+FILE is CSV with the columns lo_x, lo_y, hi_x, hi_y (and lo_z, hi_z, and id), with names like xmin or minx, with sizes as x, y, w, h,
+or without a line of names; or `-` for such from stdin, or a .npy array of shape (n, 2, d) or (n, 2 d). OUT ends in .csv, .npy or
+.jsonl; without it the pairs go to stdout.
 """
 from __future__ import annotations
 
@@ -21,45 +22,15 @@ from typing import Any
 import numpy as np
 
 import jostle
-
-
-def read_csv(text: str) -> tuple[np.ndarray, list[str] | None]:
-    """Boxes, and their ids if there are any."""
-    lines = csv.reader(io.StringIO(text.removeprefix("\ufeff")), skipinitialspace=True)
-    header = [name.strip() for name in next(lines, [])]
-    for names in (["lo_x", "lo_y", "lo_z", "hi_x", "hi_y", "hi_z"], ["lo_x", "lo_y", "hi_x", "hi_y"]):
-        if sorted(header) in (sorted(names), sorted([*names, "id"])):
-            break
-    else:
-        raise jostle.Error(f"the columns are {', '.join(header)[:200] or 'none'}: they must be lo_x, lo_y, hi_x, hi_y, in 3D also lo_z, "
-                           "hi_z, and maybe id")
-    columns = [header.index(name) for name in names]
-    id_column = header.index("id") if "id" in header else None
-    rows: list[list[float]] = []
-    ids: list[str] = []
-    for row in lines:
-        if not any(field.strip() for field in row):
-            continue
-        if len(row) != len(header):
-            raise jostle.Error(f"line {lines.line_num} has {len(row)} fields in place of {len(header)}", len(rows))
-        try:
-            rows.append([float(row[column]) for column in columns])
-        except ValueError as wrong:
-            raise jostle.Error(f"line {lines.line_num}: {wrong}", len(rows)) from None
-        if id_column is not None:
-            ids.append(row[id_column].strip())
-    if len(set(ids)) != len(ids):
-        twice = next(name for k, name in enumerate(ids) if name in ids[:k])
-        raise jostle.Error(f"the id {twice} stands there twice")
-    return np.array(rows, np.float64).reshape(-1, len(names)), ids if id_column is not None else None
+from jostle._tables import read_csv
 
 
 def read(name: str) -> tuple[np.ndarray, list[str] | None]:
     if name.endswith(".npy"):
         return np.load(name, allow_pickle=False), None
     if name == "-":
-        return read_csv(sys.stdin.read())
-    return read_csv(pathlib.Path(name).read_text(encoding="utf-8"))
+        return read_csv(sys.stdin.read(), "stdin")
+    return read_csv(pathlib.Path(name).read_text(encoding="utf-8"), name)
 
 
 def is_whole(name: str) -> bool:
@@ -130,7 +101,8 @@ def main(arguments: list[str] | None = None) -> int:
             print(json.dumps({"objects": len(boxes), "pairs": len(pairs),
                               "ms": {name: round(1000 * seconds, 3) for name, seconds in ms.items()}}))
     except (OSError, ValueError, EOFError, csv.Error) as wrong:
-        named = f"{given.file}: " if not isinstance(wrong, OSError) else ""
+        told = isinstance(wrong, OSError) or getattr(wrong, "status", "") == "bad_file"  # which file
+        named = "" if told else f"{given.file}: "
         print(f"jostle: {named}{wrong}", file=sys.stderr)
         return 2  # as the command jostle does; 1 would be our fault
     return 0
