@@ -39,6 +39,16 @@ const MODULES = {
   },
 };
 
+/**
+ * Vite's development server bundles packages into a folder `.vite/deps` of node_modules, and leaves the files
+ * beside their scripts where they were: there. Else undefined.
+ */
+const left_behind = /^(.*\/)\.vite\/deps[^/]*\//.exec(import.meta.url)?.[1];
+/** The address of a file of dist/, in `left_behind` where there is such. */
+function of_dist(file) {
+  return new URL(`jostle/dist/${file}`, left_behind);
+}
+
 /** Whether modules with such a function are understood: the smallest module that has one. */
 function understands(...code) {
   return WebAssembly.validate(Uint8Array.of(0, 97, 115, 109, 1, 0, 0, 0, ...code));
@@ -89,6 +99,11 @@ async function compile_response(response) {
         `the answer is ${response.status} ${response.statusText}`,
     );
   const type = response.headers.get("content-type") ?? "";
+  if (type.startsWith("text/html"))
+    refuse(
+      `the module can't be loaded from ${response.url}: the answer is a page, as servers give for what they ` +
+        "don't have; have the package's dist/*.wasm served, or say with the option wasm where they are",
+    );
   // Many a plain server doesn't know the type; streaming wants it.
   return type.startsWith("application/wasm")
     ? WebAssembly.compileStreaming(response)
@@ -117,10 +132,14 @@ function new_memory(most, shared) {
 async function worker_maker(failed) {
   if (!in_node)
     return () => {
-      const worker = new Worker(new URL("../dist/jostle-threads.worker.js", import.meta.url), {
-        type: "module",
-        name: "jostle",
-      });
+      // In full, again for bundlers.
+      const worker =
+        left_behind === undefined
+          ? new Worker(new URL("../dist/jostle-threads.worker.js", import.meta.url), {
+              type: "module",
+              name: "jostle",
+            })
+          : new Worker(of_dist("jostle-threads.worker.js"), { type: "module", name: "jostle" });
       worker.addEventListener("error", (event) => {
         // Browsers don't say why they refuse a file.
         const why = event.message || "jostle-threads.worker.js must be there, with the headers of the page";
@@ -148,7 +167,8 @@ async function worker_maker(failed) {
 /** The glue and the code of one of MODULES, from where `wasm` says. */
 async function fetch_module(name, wasm) {
   const { glue, wasm: own } = MODULES[name];
-  const address = typeof wasm === "function" ? wasm(`${name}.wasm`) : (wasm ?? own());
+  const beside = () => (left_behind === undefined ? own() : of_dist(`${name}.wasm`));
+  const address = typeof wasm === "function" ? wasm(`${name}.wasm`) : (wasm ?? beside());
   const [{ default: create }, compiled] = await Promise.all([glue(), compile(address)]);
   return { file: name, create, compiled };
 }
