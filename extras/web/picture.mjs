@@ -37,8 +37,8 @@ try {
   );
   // Words stand beside the boxes. Times are those of whatever machine makes the picture, and left out.
   await page.addStyleTag({
-    content: `aside, .hint, .stage::after { display: none !important }
-      .figures div:has(#ms), .figures div:has(#frame) { display: none !important }
+    content: `aside, .hint, nav, .stage::before, .stage::after { display: none !important }
+      .figures div:has(#ms, #brute, #frame) { display: none !important }
       main { display: grid; grid-template-columns: 1fr; height: 100% } .stage { height: 100% }
       canvas { position: absolute; left: 200px; width: calc(100% - 200px); outline: none !important }
       header { position: fixed; top: 22px; left: 26px; width: 210px; gap: 8px;

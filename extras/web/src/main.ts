@@ -3,10 +3,20 @@ import * as Comlink from "comlink";
 
 import type { Engine } from "./engine.worker";
 import { type Buffers, type Frame, type Loaded, type SceneName } from "./messages";
-import { grouped, partOf, roundAt } from "./numbers";
+import { grouped, milliseconds, partOf, roundAt } from "./numbers";
 import { element, Figures, Race, raceEngines, showPath } from "./panel";
+import { samples } from "./samples";
+import { languages, note, type Told } from "./snippets";
 import { besidePage, formatState, limits, parseState, type State } from "./state";
 import { View, type Theme } from "./view";
+
+/** Where documentation and source are, if whoever built the page has said so: see extras/web/build. */
+const links = { docs: import.meta.env.VITE_DOCS, source: import.meta.env.VITE_SOURCE } as Record<
+  string,
+  string
+>;
+/** So long after a scene has begun, brute force is tried on it. */
+const raceAfter = 1500;
 
 const status = (text: string): void => void (element("status").textContent = text);
 
@@ -37,6 +47,10 @@ class Page {
   private showsBricks = false;
   private showsBodies = true;
   private explained = 0;
+  /** The visitor's box, and whether the engine is asked about it. */
+  private probe: number[] | undefined;
+  private probing = false;
+  private racing = 0;
   private theme: Theme;
   private readonly stillness = matchMedia("(prefers-reduced-motion: reduce)");
 
@@ -59,6 +73,10 @@ class Page {
     try {
       const view = new View(element<HTMLCanvasElement>("canvas"));
       view.onPick = (from, direction) => void this.pick(from, direction);
+      view.onProbe = (box) => {
+        this.probe = box;
+        void this.touch();
+      };
       view.onContext = (lost) =>
         message(
           lost
@@ -140,21 +158,21 @@ class Page {
   }
 
   private async openScene(): Promise<void> {
-    const { scene, n, seed, ratio, frame } = this.state;
-    status(`Making ${grouped(n)} bodies.`);
+    const { scene, n, seed, ratio, size, frame } = this.state;
+    status(`Making ${grouped(n)} boxes.`);
     const last = this.frame;
     try {
-      const opened = await this.inTurn(() => this.engine.open({ scene, n, seed, ratio, frame }));
+      const opened = await this.inTurn(() => this.engine.open({ scene, n, seed, ratio, size, frame }));
       this.file = undefined;
       this.begin(opened);
     } catch (error) {
-      message(`${grouped(n)} bodies of '${scene}' couldn't be made: ${words(error)}`);
+      message(`${grouped(n)} boxes of '${scene}' couldn't be made: ${words(error)}`);
       if (last === undefined || last.count >= n) return;
       // What could be made before can be made again.
       this.state = { ...this.state, n: last.count, frame: 0 };
       this.showControls();
       const again = await this.inTurn(() =>
-        this.engine.open({ scene, n: last.count, seed, ratio, frame: 0 }),
+        this.engine.open({ scene, n: last.count, seed, ratio, size, frame: 0 }),
       );
       this.begin(again);
     }
@@ -170,10 +188,12 @@ class Page {
     this.view?.lookAt(frame);
     this.show(frame);
     this.showControls();
+    clearTimeout(this.racing);
+    this.racing = window.setTimeout(() => void this.tryBruteForce(), raceAfter);
     const timeline = (frame.frames ?? 1) > 1;
     element("timeline").hidden = !timeline;
     if (timeline) element<HTMLInputElement>("time").max = String(frame.frames! - 1);
-    status(`${grouped(frame.count)} bodies, ${grouped(frame.pairCount)} pairs touch.`);
+    status(`${grouped(frame.count)} boxes, ${grouped(frame.pairCount)} pairs touch.`);
   }
 
   private show(frame: Frame): void {
@@ -181,6 +201,7 @@ class Page {
     this.frame = frame;
     this.view?.show(frame);
     this.figures.show(frame, performance.now());
+    if (this.probe) void this.touch();
     if (frame.frames !== undefined) {
       element<HTMLInputElement>("time").value = String(frame.frame);
       element("time-shown").textContent = grouped(frame.frame);
@@ -195,6 +216,7 @@ class Page {
     try {
       const buffers = [spare.boxes.buffer, spare.pairs.buffer];
       this.show(await this.inTurn(() => this.engine.step(Comlink.transfer(spare, buffers))));
+      if (this.state.paused) this.figures.write(this.frame); // it was under way when somebody pressed Pause
       if (this.frame.ended && !this.state.paused) {
         this.pause(true);
         status(`It has ended, with frame ${grouped(this.frame.frame)}.`);
@@ -233,8 +255,28 @@ class Page {
     this.choose(box < 0 ? undefined : box);
   }
 
+  /** Lights what the visitor's box touches. */
+  private async touch(): Promise<void> {
+    if (this.probing || this.chosen !== undefined) return;
+    this.probing = true;
+    const { probe } = this;
+    try {
+      const { boxes, ms } = probe
+        ? await this.inTurn(() => this.engine.touching(probe))
+        : { boxes: [], ms: 0 };
+      if (this.chosen === undefined) this.view?.touch(boxes);
+      element("hint").textContent = probe
+        ? `Your box touches ${grouped(boxes.length)} of them, found in ${milliseconds(ms)} ms.`
+        : "Click a box to see why it touches what it touches.";
+    } finally {
+      this.probing = false;
+    }
+    if (probe !== this.probe) void this.touch(); // it has moved meanwhile
+  }
+
   private choose(box: number | undefined): void {
     this.chosen = box;
+    this.view?.moveProbe(undefined);
     if (box === undefined && this.frame) {
       this.view?.choose([]);
       showPath(undefined, this.frame);
@@ -262,6 +304,13 @@ class Page {
     );
     showPath(path, this.frame);
     element("let-go").addEventListener("click", () => this.choose(undefined));
+  }
+
+  /** What brute force takes, beside the engine's time. */
+  private async tryBruteForce(): Promise<void> {
+    const asked = this.racing;
+    const brute = await this.inTurn(() => this.engine.bruteForce());
+    if (asked === this.racing) this.figures.showBruteForce(brute);
   }
 
   private async race(): Promise<void> {
@@ -295,6 +344,34 @@ class Page {
     }
   }
 
+  private async save(what: "boxes" | "pairs"): Promise<void> {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(await this.inTurn(() => this.engine.saved(what)));
+    link.download = what === "boxes" ? "boxes.npy" : "pairs.csv";
+    link.click();
+    URL.revokeObjectURL(link.href);
+  }
+
+  /** Shows how a program finds the pairs of this frame. */
+  private showCode(language: string): void {
+    const { frame, file, state } = this;
+    if (frame === undefined) return;
+    const { scene, n, seed, ratio, size } = state;
+    const asItIs = file === undefined && ratio === 1 && size === 100 && !scene.startsWith("falling-");
+    const told: Told = {
+      count: frame.count,
+      dim: frame.dim,
+      double: frame.double,
+      pairs: frame.pairCount,
+      checksum: frame.checksum,
+      seeded: asItIs ? { scene, n, seed, frame: frame.frame } : undefined,
+    };
+    element("code-note").textContent = note(told);
+    element("code-text").textContent = languages[language]!(told);
+    for (const button of element("languages").querySelectorAll("button"))
+      button.ariaPressed = String(button.textContent === language);
+  }
+
   // --- Controls -----------------------------------------------------------------------------------------
 
   private fillControls(): void {
@@ -324,6 +401,10 @@ class Page {
           : "One thread: this page's server doesn't isolate it from other origins, " +
             "which browsers want for more.";
     note.hidden = note.textContent === "";
+    for (const [id, address] of Object.entries(links)) {
+      element<HTMLAnchorElement>(id).hidden = !address;
+      if (address) element<HTMLAnchorElement>(id).href = address;
+    }
     const simd = instructionSet === "scalar" ? "without SIMD" : "with SIMD";
     element("about").textContent = 
       `Jostle ${version}, a library for C++, C, Python and JavaScript, here in WebAssembly ${simd}. ` +
@@ -345,6 +426,9 @@ class Page {
     }
     const simulated = this.file === undefined && scene.startsWith("falling-");
     element("bodies-row").hidden = !simulated;
+    // A file of one frame stands still, and no file can be shuffled.
+    element("moves").hidden = this.file !== undefined && this.frame?.frames === 1;
+    element("again").hidden = this.file !== undefined;
     const range = (id: string, part: number, text: string, off: boolean): void => {
       const input = element<HTMLInputElement>(id);
       input.value = String(Math.round(part * Number(input.max)));
@@ -423,7 +507,11 @@ class Page {
     on("pause", "click", () => this.pause(!this.state.paused));
     on("step", "click", () => void this.stepOnce());
     on("again", "click", () => void this.change({ seed: (this.state.seed % (2 ** 32 - 1)) + 1 }));
-    on("scene", "change", ({ value }) => void this.change({ scene: value }));
+    on("scene", "change", ({ value }) => {
+      // Of falling bodies so many that one sees each of them.
+      const n = value.startsWith("falling-") ? Math.min(this.state.n, 1000) : this.state.n;
+      void this.change({ scene: value, n });
+    });
     on(
       "n",
       "input",
@@ -466,6 +554,39 @@ class Page {
       this.theme = this.theme === "dark" ? "light" : "dark";
       this.applyTheme();
     });
+    on("code", "click", () => {
+      this.pause(true); // so that the code is of what is seen
+      void this.inTurn(async () => {}).then(() => {
+        this.showCode("C++");
+        element<HTMLDialogElement>("code-dialog").showModal();
+      });
+    });
+    on("code-close", "click", () => element<HTMLDialogElement>("code-dialog").close());
+    on("code-boxes", "click", () => void this.save("boxes"));
+    on("copy", "click", (button) => {
+      void navigator.clipboard.writeText(element("code-text").textContent ?? "").then(
+        () => (button.textContent = "Copied"),
+        () => (button.textContent = "Not allowed here"),
+      );
+      setTimeout(() => (button.textContent = "Copy"), 1500);
+    });
+    for (const language of Object.keys(languages)) {
+      const button = document.createElement("button");
+      button.type = "button";
+      button.textContent = language;
+      button.addEventListener("click", () => this.showCode(language));
+      element("languages").append(button);
+    }
+    for (const [name, { file, table }] of Object.entries(samples)) {
+      const button = document.createElement("button");
+      button.type = "button";
+      button.className = "link";
+      button.textContent = name;
+      button.addEventListener("click", () => void this.openFile(new File([table()], file)));
+      element("samples").append(element("samples").children.length > 0 ? ", " : "", button);
+    }
+    on("save-pairs", "click", () => void this.save("pairs"));
+    on("save-boxes", "click", () => void this.save("boxes"));
     on("file", "change", (input) => {
       const file = input.files?.[0];
       if (file) void this.openFile(file);
@@ -486,7 +607,8 @@ class Page {
     window.addEventListener("keydown", (event) => {
       const { target } = event;
       if (event.ctrlKey || event.altKey || event.metaKey) return;
-      const takesKeys = target instanceof HTMLElement && target.matches("button, input, select, textarea");
+      if (element<HTMLDialogElement>("code-dialog").open) return;
+      const takesKeys = target instanceof HTMLElement && target.matches("a, button, input, select, textarea");
       if (event.key === " " && !takesKeys) this.pause(!this.state.paused);
       else if (event.key === "." && !takesKeys) void this.stepOnce();
       else if (event.key === "Escape" && !element("message").hidden) message("");

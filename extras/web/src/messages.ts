@@ -18,6 +18,8 @@ export interface SceneChoice {
   seed: number;
   /** The biggest box's edge over the smallest one's, where 1 leaves the scene's boxes as they are. */
   ratio: number;
+  /** Edges in per cent of the scene's. */
+  size: number;
   /** The frame to begin with. */
   frame: number;
 }
@@ -74,6 +76,9 @@ export interface Frame extends Buffers {
   bodies: Bodies | undefined;
   /** Added to drawn coordinates it gives the user's. */
   origin: [number, number, number];
+  dim: 2 | 3;
+  /** The boxes are searched in double precision. */
+  double: boolean;
 }
 
 /** Bodies as they are, and where they touch; zeros up to whole rows. */
@@ -97,6 +102,8 @@ export interface BrickList {
 /** How one box went through the engine. */
 export interface Path {
   box: number;
+  /** What the file calls it, or "Box" and its number. */
+  name: string;
   /** Places in a BrickList. */
   bricks: number[];
   partners: Partner[];
@@ -130,6 +137,7 @@ export interface BrickRecord {
 }
 export interface Partner {
   box: number;
+  name: string;
   /** How far the boxes overlap on each axis. */
   overlap: number[];
   /**
@@ -137,6 +145,19 @@ export interface Partner {
    * needed.
    */
   owner: number;
+}
+
+/** Which boxes the visitor's own touches. */
+export interface Touched {
+  boxes: number[];
+  ms: number;
+}
+
+/** What brute force takes for the present boxes. */
+export interface BruteForce {
+  ms: number;
+  /** Or reckoned from what fewer boxes took. */
+  measured: boolean;
 }
 
 export type RaceEngine = "grid" | "chapter" | "uniform" | "brute";

@@ -9,6 +9,14 @@ export function milliseconds(ms: number): string {
   return ms >= 100 ? grouped(ms) : ms >= 10 ? ms.toFixed(1) : ms.toFixed(2);
 }
 
+/** As long as people would say it takes: 0.40 ms, 1.8 s, 4 min, 2.5 h. */
+export function duration(ms: number): string {
+  if (ms < 1000) return `${milliseconds(ms)} ms`;
+  for (const [length, name] of [[3.6e6, "h"], [60_000, "min"], [1000, "s"]] as const)
+    if (ms >= 2 * length || length === 1000) return `${Number((ms / length).toPrecision(2))} ${name}`;
+  return "";
+}
+
 /** 12.5 billion, 199.99 million, 4,950. */
 export function inWords(value: number): string {
   for (const [size, name] of [[1e12, "trillion"], [1e9, "billion"], [1e6, "million"]] as const)

@@ -1,6 +1,6 @@
 // What the page says in words, numbers and bars.
-import type { BrickRecord, Frame, Inside, Path, RaceEngine, RaceOutcome } from "./messages";
-import { grouped, inWords, milliseconds } from "./numbers";
+import type { BrickRecord, BruteForce, Frame, Inside, Path, RaceEngine, RaceOutcome } from "./messages";
+import { duration, grouped, inWords, milliseconds } from "./numbers";
 
 /** The element of index.html with this id. */
 export function element<E extends HTMLElement = HTMLElement>(id: string): E {
@@ -44,10 +44,14 @@ const stageNames = {
 type Stage = keyof typeof stageNames;
 const stageList = Object.keys(stageNames) as Stage[];
 
-/** The figures of the last frame. Times are smoothed, so that they can be read. */
+/** So many of the last searches a time is the median of. */
+const remembered = 9;
+
+/** The figures of the last frame. Times are medians of the last frames, so that they can be read. */
 export class Figures {
   private readonly bars: Record<Stage, Bar>;
-  private smooth: { ms: number; stages: Record<Stage, number> } | undefined;
+  private readonly last: Pick<Frame, "ms" | "stages">[] = [];
+  private brute: BruteForce | undefined;
   private lastWritten = -Infinity;
 
   constructor() {
@@ -59,29 +63,45 @@ export class Figures {
     this.bars = Object.fromEntries(stageList.map((stage, k) => [stage, bar(stage, k)])) as Record<Stage, Bar>;
   }
 
-  /** Begins anew: what was smoothed belongs to another scene. */
+  /** Begins again: the last times belong to another scene. */
   restart(): void {
-    this.smooth = undefined;
+    this.last.length = 0;
     this.lastWritten = -Infinity;
+    this.showBruteForce(undefined);
+  }
+
+  /** What brute force takes; undefined while nobody knows. */
+  showBruteForce(brute: BruteForce | undefined): void {
+    this.brute = brute;
+    const about = brute?.measured === false ? "about " : "";
+    element("brute").textContent = brute === undefined ? "…" : about + duration(brute.ms);
+    this.compare();
+  }
+  private compare(): void {
+    const { brute } = this;
+    const own = this.median(({ ms }) => ms);
+    const factor = brute && own > 0 ? brute.ms / own : 0;
+    // So near to each other are times of few boxes that a factor says nothing.
+    const times =
+      factor >= 2 ? `: ${factor >= 10 ? grouped(Number(factor.toPrecision(2))) : factor.toFixed(1)}x` : "";
+    element("brute-label").textContent = `by brute force${times}`;
+  }
+  private median(of: (frame: Pick<Frame, "ms" | "stages">) => number): number {
+    return this.last.map(of).sort((a, b) => a - b)[this.last.length >> 1] ?? 0;
   }
 
   show(frame: Frame, now: number): void {
-    const mix = (old: number, value: number): number => old + (value - old) * 0.15;
-    const { smooth } = this;
-    if (smooth === undefined) this.smooth = { ms: frame.ms, stages: { ...frame.stages } };
-    else {
-      smooth.ms = mix(smooth.ms, frame.ms);
-      for (const stage of stageList) smooth.stages[stage] = mix(smooth.stages[stage], frame.stages[stage]);
-    }
+    this.last.push({ ms: frame.ms, stages: frame.stages });
+    if (this.last.length > remembered) this.last.shift();
     if (now - this.lastWritten < 100) return; // faster than that nobody reads
     this.lastWritten = now;
     this.write(frame);
   }
 
   write(frame: Frame): void {
-    const { ms, stages } = this.smooth ?? frame;
     element("pairs").textContent = grouped(frame.pairCount);
-    element("ms").textContent = milliseconds(ms);
+    element("ms").textContent = duration(this.median(({ ms }) => ms));
+    this.compare();
     element("bodies").textContent = grouped(frame.count);
     element("contacts-figure").hidden = frame.bodies === undefined;
     element("contacts").textContent = grouped(frame.bodies?.contactCount ?? 0);
@@ -90,15 +110,16 @@ export class Figures {
         ? "Blue glass: the boxes. Lit: what two of them have in common."
         : "Blue glass: a box around each body. Green needles: where two bodies touch.";
     const threads = frame.threads === 1 ? "one thread" : `${frame.threads} threads`;
-    element("ms-label").textContent = `milliseconds, on ${threads}`;
-    element("brute").textContent = inWords((frame.count * (frame.count - 1)) / 2);
+    element("ms-label").textContent = `with Jostle, on ${threads}`;
     element("frame").textContent =
       frame.frames === undefined
         ? grouped(frame.frame)
         : `${grouped(frame.frame + 1)} of ${grouped(frame.frames)}`;
-    const longest = Math.max(...stageList.map((stage) => stages[stage]), 1e-9);
-    for (const stage of stageList)
-      this.bars[stage].show(stages[stage] / longest, `${milliseconds(stages[stage])} ms`);
+    const times = stageList.map((stage) => this.median(({ stages }) => stages[stage]));
+    const longest = Math.max(...times, 1e-9);
+    stageList.forEach((stage, k) =>
+      this.bars[stage].show(times[k]! / longest, `${milliseconds(times[k]!)} ms`),
+    );
     element("work").textContent =
       frame.bricks === 0
         ? "So few boxes are compared at once: no bricks are needed."
@@ -113,18 +134,9 @@ const axes = ["x", "y", "z"];
 /** A box's way through the engine, and why it touches what it touches. */
 export function showPath(path: Path | undefined, frame: Frame): void {
   const root = element("chosen");
-  if (path === undefined) {
-    root.replaceChildren(
-      make(
-        "p",
-        "note",
-        "Click a box, or press Enter on the picture: its way through the engine, " +
-          "and why it touches what it touches.",
-      ),
-    );
-    return;
-  }
-  const { box, bricks, partners } = path;
+  root.hidden = path === undefined;
+  if (path === undefined) return root.replaceChildren();
+  const { box, name, bricks, partners } = path;
   const numbers = Array.from(
     frame.boxes.subarray(6 * box, 6 * box + 6),
     (value, k) => value + frame.origin[k % 3]!,
@@ -134,7 +146,7 @@ export function showPath(path: Path | undefined, frame: Frame): void {
       .slice(from, from + 3)
       .map((value) => value.toFixed(2))
       .join(", ")})`;
-  const close = make("button", "", "Let go") as HTMLButtonElement;
+  const close = make("button", "", "Deselect") as HTMLButtonElement;
   close.type = "button";
   close.id = "let-go";
   const stored =
@@ -150,12 +162,12 @@ export function showPath(path: Path | undefined, frame: Frame): void {
     const least = partner.overlap.indexOf(Math.min(...partner.overlap));
     const overlap = partner.overlap.map((part) => part.toFixed(2)).join(" × ");
     const reported = partner.owner >= 0 ? `; brick ${grouped(partner.owner)} reports it` : "";
-    const text = `Box ${grouped(partner.box)}: they share ${overlap}, least along ${axes[least]}${reported}.`;
+    const text = `${partner.name}: they share ${overlap}, least along ${axes[least]}${reported}.`;
     list.append(make("li", "", text));
   }
   const wasOpen = root.querySelector("details")?.open ?? false; // it is made anew while boxes move
   root.replaceChildren(
-    make("p", "", make("strong", "", `Box ${grouped(box)}`), ` from ${corner(0)} to ${corner(3)}. ${stored}`),
+    make("p", "", make("strong", "", name), ` from ${corner(0)} to ${corner(3)}. ${stored}`),
     make(
       "p",
       "",

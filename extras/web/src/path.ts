@@ -2,6 +2,7 @@
 import type { Bricks, Jostle } from "jostle";
 
 import type { BrickList, Inside, Path, Partner } from "./messages";
+import { grouped } from "./numbers";
 import type { Source } from "./sources";
 
 /**
@@ -64,7 +65,7 @@ export function pathOf(
     let owner = -1;
     for (const [k, flags] of copies.get(other) ?? [])
       if (mine.has(k) && (flags & mine.get(k)!) === 0) owner = k;
-    return { box: other, overlap, owner };
+    return { box: other, name: nameOf(source, other), overlap, owner };
   };
   // The box begins in one of its bricks: there it is no copy on any axis.
   let home: number | undefined;
@@ -73,7 +74,18 @@ export function pathOf(
     home === undefined
       ? undefined
       : insideOf(bricks, home, box, dim, list.bounds.subarray(6 * home, 6 * home + 6));
-  return { path: { box, bricks: [...mine.keys()], partners: partners.map(partner), inside }, list };
+  const path = {
+    box,
+    name: nameOf(source, box),
+    bricks: [...mine.keys()],
+    partners: partners.map(partner),
+    inside,
+  };
+  return { path, list };
+}
+
+function nameOf({ ids }: Source, box: number): string {
+  return ids?.[box] ?? `Box ${grouped(box)}`;
 }
 
 /** The records of the brick in which a box begins, and which is drawn at `drawn`. */

@@ -117,7 +117,9 @@ export const overlaps = {
     /* glsl */ `
 uniform highp usampler2D pairs;
 uniform int pairCount, chosen;
+uniform float large; // what is longer along every axis would hide the scene
 flat out float depth;
+flat out int veiled;
 void main()
 {
     int at = min(number(), pairCount - 1);
@@ -128,6 +130,7 @@ void main()
     vec3 lo = max(loA, loB), hi = min(hiA, hiB);
     vec3 size = min(hiA - loA, hiB - loB), part = (hi - lo) / max(size, vec3(1e-20));
     depth = min(part.x, min(part.y, part.z)); // 0: they just touch; 1: one is as deep as it can be
+    veiled = all(greaterThan(hi - lo, vec3(large))) ? 1 : 0;
     // What has no thickness is drawn as if it had some.
     vec3 least = vec3(0.0008 * distance(cameraPosition, lo));
     vec3 more = max(least - (hi - lo), 0.0) * 0.5;
@@ -140,10 +143,14 @@ void main()
     fragmentHead +
     /* glsl */ `
 flat in float depth;
+flat in int veiled;
 uniform vec3 shallow, middle, deep;
 void main()
 {
     if (dot(cut.xyz, place) > cut.w) discard;
+    // A veil is every eighth pixel, so that it needs no order in which to be drawn, and its edges.
+    ivec2 at = ivec2(gl_FragCoord.xy);
+    if (veiled != 0 && edge() < 0.3 && (at.x + 3 * at.y) % 8 != 0) discard;
     vec3 hot = depth < 0.5 ? mix(shallow, middle, depth * 2.0) : mix(middle, deep, depth * 2.0 - 1.0);
     hot *= light() * (1.0 - 0.45 * edge());
     colour = vec4(mix(hot, air, 0.75 * haze()), 1);
@@ -157,13 +164,14 @@ export const chosen = {
     boxAt +
     nearFaces +
     /* glsl */ `
+uniform int chosen;
 in uint box;
 flat out float first;
 void main()
 {
     vec3 lo, hi;
     boxAt(int(box), lo, hi);
-    first = gl_InstanceID == 0 ? 1.0 : 0.0;
+    first = int(box) == chosen ? 1.0 : 0.0;
     gl_Position = nearCorner(lo, hi);
 }`,
   fragment:
@@ -176,6 +184,21 @@ void main()
     vec3 tint = mix(partner, one, first);
     colour = vec4(tint * light(), mix(0.16, 0.34, first) + 0.6 * edge());
 }`,
+};
+
+/** The glass box that follows the pointer. */
+export const probe = {
+  vertex:
+    vertexHead +
+    nearFaces +
+    /* glsl */ `
+uniform vec3 probeLo, probeHi;
+void main() { gl_Position = nearCorner(probeLo, probeHi); }`,
+  fragment:
+    fragmentHead +
+    /* glsl */ `
+uniform vec3 one;
+void main() { colour = vec4(one * light(), 0.14 + 0.8 * edge()); }`,
 };
 
 /** Bodies as they are, one kind of shape in each draw call: corners are those of a shape of size 1. */

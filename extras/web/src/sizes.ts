@@ -1,7 +1,7 @@
 // Boxes of very different sizes, made from those of a scene.
 
 /** splitmix32, so that the same seed gives the same sizes everywhere. */
-function randomNumbers(seed: number): () => number {
+export function randomNumbers(seed: number): () => number {
   let state = seed | 0;
   return () => {
     state = (state + 0x9e3779b9) | 0;
@@ -18,6 +18,7 @@ function randomNumbers(seed: number): () => number {
  * Small boxes are the most common; the mean volume stays, so that the scene is about as full as before.
  */
 export function sizeFactors(count: number, seed: number, ratio: number): Float32Array {
+  if (ratio <= 1) return new Float32Array(count).fill(1);
   const exponent = 2.5; // of the density of edges
   const tail = 1 - ratio ** (1 - exponent);
   const random = randomNumbers(seed);

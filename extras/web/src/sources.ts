@@ -14,6 +14,8 @@ export interface Source {
   readonly numbers: Float32Array | Float64Array;
   readonly dim: 2 | 3;
   readonly frame: number;
+  /** What a file calls the boxes. */
+  readonly ids?: readonly string[] | undefined;
   /** How many frames there are; undefined if it goes on for ever. */
   readonly frames: number | undefined;
   /** What falls, and where it touches; undefined where there are boxes alone. */
@@ -62,9 +64,9 @@ class ResizedSource extends Endless implements Source {
   private readonly factors: Float32Array;
   private readonly resized: MemoryArray<Float32Array>;
 
-  constructor(jostle: Jostle, private readonly scene: Scene, seed: number, ratio: number) {
+  constructor(jostle: Jostle, private readonly scene: Scene, { seed, ratio, size }: SceneChoice) {
     super();
-    this.factors = sizeFactors(scene.length, seed, ratio);
+    this.factors = sizeFactors(scene.length, seed, ratio).map((factor) => (factor * size) / 100);
     this.resized = jostle.array("float32", 6 * scene.length);
     this.update();
   }
@@ -156,7 +158,8 @@ export function openScene(jostle: Jostle, choice: SceneChoice): Source {
   }
   const scene = jostle.scene(choice.scene, n, seed);
   try {
-    return choice.ratio > 1 ? new ResizedSource(jostle, scene, seed, choice.ratio) : new SceneSource(scene);
+    const asItIs = choice.ratio === 1 && choice.size === 100;
+    return asItIs ? new SceneSource(scene) : new ResizedSource(jostle, scene, choice);
   } catch (error) {
     scene.dispose(); // no memory for its sizes
     throw error;
@@ -171,7 +174,10 @@ export class FileSource implements Source {
 
   numbers: FloatArray;
 
+  readonly ids;
+
   constructor(private readonly file: BoxFile) {
+    this.ids = file.ids;
     this.dim = file.dim;
     this.frames = file.frames;
     this.numbers = file.boxes;

@@ -18,8 +18,10 @@ import {
   NearestFilter,
   OctahedronGeometry,
   PerspectiveCamera,
+  Plane,
   RawShaderMaterial,
   Raycaster,
+  type Ray,
   RGFormat,
   RGIntegerFormat,
   Scene,
@@ -191,6 +193,8 @@ export class View {
   /** Calls whoever wants to know which box was clicked, with the ray through the pixel. */
   onPick: (from: number[], direction: number[]) => void = () => {};
   onContext: (lost: boolean) => void = () => {};
+  /** Tells where the glass box is that follows the pointer: lo and hi; undefined where there is none. */
+  onProbe: (box: number[] | undefined) => void = () => {};
   /** Slowly goes round the scene. */
   turning = false;
 
@@ -212,14 +216,21 @@ export class View {
     needle: { value: 1 },
     pixel: { value: new Vector2(1, 1) },
     chosen: { value: -1 },
+    large: { value: 1 },
+    probeLo: { value: new Vector3() },
+    probeHi: { value: new Vector3() },
   };
   private readonly bodies: Mesh<InstancedBufferGeometry>;
   private readonly overlaps: Mesh<InstancedBufferGeometry>;
   private readonly chosen: Mesh<InstancedBufferGeometry>;
+  private readonly probe: Mesh<InstancedBufferGeometry>;
   private readonly bricks: LineSegments<BufferGeometry>;
   private readonly solids: Mesh<InstancedBufferGeometry>[];
   private readonly needles: Mesh<InstancedBufferGeometry, RawShaderMaterial>;
   private readonly ball = new Sphere(new Vector3(), 1);
+  private isFlat = false;
+  /** The view is into a crowd, whose far side only blurs the near one. */
+  private within = false;
   private dirty = true;
   private fence: WebGLSync | undefined;
   private drawnAt = 0;
@@ -237,6 +248,7 @@ export class View {
     this.bodies = new Mesh(faces(shaders.batch), this.material(shaders.bodies, true));
     this.overlaps = new Mesh(faces(shaders.batch), this.material(shaders.overlaps, false));
     this.chosen = new Mesh(faces(1), this.material(shaders.chosen, true));
+    this.probe = new Mesh(faces(1), this.material(shaders.probe, true));
     this.bricks = new LineSegments<BufferGeometry>(edges(), this.material(shaders.bricks, true));
     const shapes = [new IcosahedronGeometry(1, 2), new BoxGeometry(2, 2, 2), new OctahedronGeometry(1)];
     shapes[0]!.setAttribute("normal", shapes[0]!.getAttribute("position")); // round
@@ -246,7 +258,15 @@ export class View {
     this.needles = new Mesh(needles(), this.material(shaders.needles, true));
     this.needles.material.depthTest = false;
     // What is solid comes first, so that glass before it can be drawn over it.
-    for (const part of [this.overlaps, ...this.solids, this.bodies, this.bricks, this.chosen, this.needles]) {
+    for (const part of [
+      this.overlaps,
+      ...this.solids,
+      this.bodies,
+      this.bricks,
+      this.chosen,
+      this.probe,
+      this.needles,
+    ]) {
       part.frustumCulled = false;
       this.scene.add(part);
     }
@@ -278,11 +298,18 @@ export class View {
       this.onContext(false);
     });
     let down: PointerEvent | undefined;
-    canvas.addEventListener("pointerdown", (event) => (down = event));
+    canvas.addEventListener("pointerdown", (event) => {
+      down = event;
+      this.moveProbe(undefined);
+    });
+    canvas.addEventListener("pointerleave", () => this.moveProbe(undefined));
+    canvas.addEventListener("pointermove", (event) => {
+      if (event.pointerType === "mouse" && event.buttons === 0) this.moveProbe(this.inPicture(event));
+    });
     canvas.addEventListener("pointerup", (event) => {
       if (down && Math.hypot(event.clientX - down.clientX, event.clientY - down.clientY) < 5) {
-        const { left, top, width, height } = canvas.getBoundingClientRect();
-        this.pick(((event.clientX - left) / width) * 2 - 1, 1 - ((event.clientY - top) / height) * 2);
+        const { x, y } = this.inPicture(event);
+        this.pick(x, y);
       }
       down = undefined;
     });
@@ -306,11 +333,49 @@ export class View {
     new ResizeObserver(() => this.resize()).observe(canvas);
   }
 
-  /** Picks through a point of the picture: -1 to 1 from left to right, and from bottom to top. */
-  private pick(x: number, y: number): void {
+  /** Where in the picture the pointer is: -1 to 1 from left to right, and from bottom to top. */
+  private inPicture({ clientX, clientY }: PointerEvent): Vector2 {
+    const { left, top, width, height } = this.canvas.getBoundingClientRect();
+    return new Vector2(((clientX - left) / width) * 2 - 1, 1 - ((clientY - top) / height) * 2);
+  }
+  private through(point: Vector2): Ray {
     const caster = new Raycaster();
-    caster.setFromCamera(new Vector2(x, y), this.camera);
-    this.onPick(caster.ray.origin.toArray(), caster.ray.direction.toArray());
+    caster.setFromCamera(point, this.camera);
+    return caster.ray;
+  }
+
+  private pick(x: number, y: number): void {
+    const { origin, direction } = this.through(new Vector2(x, y));
+    this.onPick(origin.toArray(), direction.toArray());
+  }
+
+  /** Puts the glass box where the pointer is, some way into the crowd; takes it away without a point. */
+  moveProbe(point: Vector2 | undefined): void {
+    const was = this.probe.geometry.instanceCount;
+    this.probe.geometry.instanceCount = 0;
+    if (point !== undefined) {
+      const { target } = this.controls;
+      const { radius, center } = this.ball;
+      const towards = this.camera.position.clone().sub(target).normalize();
+      const plane = new Plane().setFromNormalAndCoplanarPoint(
+        towards,
+        center.clone().addScaledVector(towards, this.isFlat ? 0 : 0.45 * radius),
+      );
+      const middle = this.through(point).intersectPlane(plane, new Vector3());
+      if (middle !== null && middle.distanceTo(center) < 1.1 * radius) {
+        const half = new Vector3().setScalar(0.12 * radius);
+        const { probeLo, probeHi } = this.uniforms;
+        const lo = (probeLo!.value as Vector3).copy(middle).sub(half);
+        const hi = (probeHi!.value as Vector3).copy(middle).add(half);
+        this.probe.geometry.instanceCount = 1;
+        this.dirty = true;
+        return this.onProbe([...lo.toArray(), ...hi.toArray()]);
+      }
+    }
+    if (was > 0) {
+      this.dirty = true;
+      this.onProbe(undefined);
+    }
   }
 
   turn(around: number, up: number): void {
@@ -350,7 +415,8 @@ export class View {
 
   /** Looks at all of a new scene. */
   lookAt(frame: Frame): void {
-    const bounds = new Box3(); // of the boxes' middles: a few giants may reach beyond the picture
+    const bounds = new Box3(); // of the boxes' middles
+    const all = new Box3(); // of what they fill
     const numbers = frame.boxes.subarray(0, 6 * frame.count);
     const least = new Vector3();
     const most = new Vector3();
@@ -361,25 +427,38 @@ export class View {
       most.fromArray(numbers, i + 3);
       area += Math.max(0, (most.x - least.x) * (most.y - least.y)) || 0;
       depth = Math.max(depth, most.z - least.z);
+      const finite = [...least, ...most].every(Number.isFinite);
+      if (finite) all.expandByPoint(least).expandByPoint(most);
       const middle = least.add(most).multiplyScalar(0.5);
-      if (middle.toArray().every(Number.isFinite)) bounds.expandByPoint(middle);
+      if (finite) bounds.expandByPoint(middle);
     }
     if (bounds.isEmpty()) bounds.expandByPoint(new Vector3());
     depth += bounds.max.z - bounds.min.z;
     const edge = Math.sqrt(area / Math.max(frame.count, 1));
     this.uniforms.needle!.value = 0.6 * edge;
     bounds.expandByScalar(Number.isFinite(edge) ? Math.max(edge / 2, 1e-6) : 1);
+    // Giants are framed, too, unless the others would be dots between them.
+    const [inner, outer] = [bounds, all].map((box) => box.getSize(new Vector3()).length()) as [
+      number,
+      number,
+    ];
+    if (outer < 3 * inner) bounds.union(all);
+    if (frame.bodies) bounds.expandByPoint(new Vector3(bounds.min.x, 0, bounds.min.z)); // they fall to here
     bounds.getBoundingSphere(this.ball);
+    this.uniforms.large!.value = 0.1 * this.ball.radius;
     const size = bounds.getSize(new Vector3());
     // So many boxes lie one behind another; together they should veil what is behind them, not hide it.
     const layers = area / Math.max(size.x * size.y, 1e-12);
     this.uniforms.opacity!.value = Math.min(0.4, Math.max(0.008, 0.4 / Math.max(layers, 1e-3)));
 
     const flat = depth < 0.01 * Math.max(size.x, size.y);
+    this.isFlat = flat;
     const direction = flat ? new Vector3(0, 0, 1) : new Vector3(0.62, 0.42, 1).normalize();
     const { radius, center } = this.ball;
     const reach = Math.min(1, this.camera.aspect); // a narrow window wants more distance
-    const room = flat ? 1.05 : 0.92; // what is turned leaves its corners empty
+    // What is turned leaves its corners empty; into a crowd one looks from near.
+    this.within = !flat && frame.count > 5000 && !frame.bodies;
+    const room = flat ? 1.05 : this.within ? 0.62 : frame.bodies ? 0.75 : 0.92;
     const away = (room * radius) / Math.sin((this.camera.fov / 360) * Math.PI) / reach;
     // The scene stands above the figures, which lie over the lower part of the picture.
     this.controls.target.copy(center).setY(center.y - 0.1 * radius);
@@ -444,12 +523,19 @@ export class View {
 
   /** Shows one box and others that touch it; none without. */
   choose(boxes: readonly number[]): void {
+    this.light(boxes, boxes[0] ?? -1);
+  }
+  /** Shows the boxes that the glass box touches. */
+  touch(boxes: readonly number[]): void {
+    this.light(boxes, -1);
+  }
+  private light(boxes: readonly number[], chosen: number): void {
     const geometry = this.chosen.geometry;
     geometry.dispose();
     geometry.instanceCount = boxes.length;
     if (boxes.length > 0)
       geometry.setAttribute("box", new InstancedBufferAttribute(Uint32Array.from(boxes), 1));
-    this.uniforms.chosen!.value = boxes[0] ?? -1;
+    this.uniforms.chosen!.value = chosen;
     this.dirty = true;
   }
 
@@ -498,7 +584,7 @@ export class View {
     this.isShown = true;
     const { radius } = this.ball;
     const away = this.camera.position.distanceTo(this.controls.target);
-    (this.uniforms.fog!.value as Vector2).set(away - radius * 0.9, away + radius * 1.1);
+    (this.uniforms.fog!.value as Vector2).set(away - radius * 0.9, away + radius * (this.within ? 0.5 : 1.1));
     this.renderer.render(this.scene, this.camera);
     const gl = this.renderer.getContext() as WebGL2RenderingContext;
     this.fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0) ?? undefined;
@@ -510,7 +596,7 @@ export class View {
    * What is drawn, for tests and for pictures: the numbers of boxes and pairs, and pixels for each of CSS.
    */
   get drawn(): Record<
-    "boxes" | "pairs" | "bricks" | "records" | "bodies" | "contacts" | "chosen" | "resolution",
+    "boxes" | "pairs" | "bricks" | "records" | "bodies" | "contacts" | "chosen" | "probes" | "resolution",
     number
   > {
     const { instanceCount } = this.bricks.geometry as InstancedBufferGeometry;
@@ -522,6 +608,7 @@ export class View {
       bodies: this.solids[0]!.geometry.instanceCount,
       contacts: this.uniforms.contactCount!.value as number,
       chosen: this.chosen.geometry.instanceCount,
+      probes: this.probe.geometry.instanceCount,
       resolution: this.resolution,
     };
   }
