@@ -51,8 +51,8 @@ using Motion3f = Motion<3, float>;
 
 /// The boxes of all objects: out[i] is bounds(shapes[i], poses[i], margin). The calling thread does it all
 /// unless an executor is given.
-/// Errors   `Error` where there aren't as many shapes, poses and boxes, or for a negative margin. One that names
-///          the lowest invalid pose; what is in `out` then isn't said.
+/// Errors   `Error` where there aren't as many shapes, poses and boxes, for a negative margin, and for the
+///          lowest invalid pose, which it names; what `out` then holds is unspecified.
 template <int Dim, Coordinate T>
 JOSTLE_API void bounds(const Objects<Dim, T>& objects, std::span<Aabb<Dim, T>> out,
                        std::type_identity_t<T> margin = 0, Executor& executor = serial_executor());

@@ -166,8 +166,8 @@ struct QueryFilter
     StridedView<std::uint32_t> mask = {};
     std::uint32_t asker_category = ~std::uint32_t{0};
     std::uint32_t asker_mask = ~std::uint32_t{0};
-    /// Objects of the asker's owner don't count: its own parts. By id; Filter::no_owner belongs to nobody, and
-    /// an asker that is left at it meets all, whatever `owner` says.
+    /// One for each id. Objects of the asker's owner don't count: they are its own parts. Filter::no_owner is
+    /// nobody's: an asker that is left at it meets all objects, whatever their owners are.
     StridedView<std::uint32_t> owner = {};
     std::uint32_t asker_owner = ~std::uint32_t{0};
     /// This object doesn't count: the asker itself.

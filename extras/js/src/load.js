@@ -101,7 +101,7 @@ async function compile_response(response) {
   const type = response.headers.get("content-type") ?? "";
   if (type.startsWith("text/html"))
     refuse(
-      `the module can't be loaded from ${response.url}: the answer is a page, as servers give for what they ` +
+      `the module can't be loaded from ${response.url}: a page came, as servers give for what they ` +
         "don't have; have the package's dist/*.wasm served, or say with the option wasm where they are",
     );
   // Many a plain server doesn't know the type; streaming wants it.

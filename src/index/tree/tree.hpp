@@ -77,8 +77,8 @@ class Tree
         std::uint32_t i; // in the call's order
         Key<Dim> key;
     };
-    /// All that can fail when objects are put somewhere. Those that arrive are in their pages afterwards, and,
-    /// if they were there before, in their old ones, too, of which `page_of` tells until they leave.
+    /// All that can fail when objects are put somewhere. Those that arrive are in their pages afterwards. If
+    /// they were in the tree before, they are in their old pages as well, which `page_of` names until then.
     void plan(std::span<const std::uint32_t> ids, const View& boxes);
     void build_first(std::span<const std::uint32_t> ids, const View& boxes);
     void make_room_for(std::uint32_t id);

@@ -35,8 +35,8 @@ template <int Dim, class T>
 class Changes;
 
 /// The state of a world. The stages of an update say what is to change, and `commit_objects` and
-/// `commit_rest` in update.cpp change it. Before that only `apply` writes into objects, which is undone unless
-/// the update is kept, and the index takes whoever comes to rest: the last step that may fail.
+/// `commit_rest` in update.cpp change it. Before that only `apply` writes into objects, which is undone
+/// unless the update is kept, and the index takes what comes to rest: the last step that may fail.
 template <int Dim, class T>
 struct State
 {
