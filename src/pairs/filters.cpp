@@ -83,9 +83,10 @@ using Triple = std::array<std::uint32_t, 3>;
 
 bool none_shared(const Triple& a, const Triple& b) noexcept
 {
+    const auto [x, y, z] = b;
     bool none = true;
     for (const std::uint32_t vertex : a)
-        none &= (vertex == Filter::no_owner) | ((vertex != b[0]) & (vertex != b[1]) & (vertex != b[2]));
+        none &= (vertex == Filter::no_owner) | ((vertex != x) & (vertex != y) & (vertex != z));
     return none;
 }
 
