@@ -170,6 +170,12 @@ TEST(Visits, MayNotChangeTheIndex)
     EXPECT_FALSE(other.closest_pairs(index, of_pair_hit));
     EXPECT_EQ(calls, 9);
 
+    const auto elsewhere = [&](std::uint32_t) {
+        std::thread([&] { change_in_all_ways(index); }).join();
+        return false;
+    };
+    EXPECT_FALSE(index.visit(some[0], elsewhere)) << "nor may another thread change it meanwhile";
+
     calls = 0;
     QueryFilter filter;
     filter.accept = of_pair;
