@@ -279,7 +279,7 @@ Tree<Dim, T>::Tree(const IndexOptions& options)
       replaced_(options),
       build_memory_(options.memory),
       leaving_(options.memory),
-      arrivals_(options.memory),
+      arriving_(options.memory),
       staying_(options.memory),
       queues_(options.memory),
       closest_work_(options.memory)
@@ -313,21 +313,21 @@ void Tree<Dim, T>::put(std::span<const std::uint32_t> ids, const View& boxes)
         build_moved(ids, boxes);
         return;
     }
-    arrivals_.clear();
+    arriving_.clear();
     try {
         plan(ids, boxes);
     } catch (...) {
-        for (const Arrival& each : arrivals_)
-            remove_one(parts_, descend(parts_, each.key), ids[each.i]);
+        for (const std::uint32_t i : arriving_)
+            remove_one(parts_, descend(parts_, key_of(parts_.frame, boxes[i], ids[i])), ids[i]);
         finish(parts_);
         parts_.page_of.resize(end_before, none);
         throw;
     }
     // Nothing fails from here on.
-    for (const Arrival& each : arrivals_) {
-        std::uint32_t& page = parts_.page_of[ids[each.i]];
-        if (page != none) remove_one(parts_, page, ids[each.i]);
-        page = descend(parts_, each.key);
+    for (const std::uint32_t i : arriving_) {
+        std::uint32_t& page = parts_.page_of[ids[i]];
+        if (page != none) remove_one(parts_, page, ids[i]);
+        page = descend(parts_, key_of(parts_.frame, boxes[i], ids[i]));
     }
     constexpr std::size_t ahead = 4; // of who is looked for among all who share a page with it
     for (std::size_t k = 0; k < staying_.size(); ++k) {
@@ -369,7 +369,7 @@ void Tree<Dim, T>::make_room_for(std::uint32_t id)
 template <int Dim, class T>
 void Tree<Dim, T>::plan(std::span<const std::uint32_t> ids, const View& boxes)
 {
-    arrivals_.reserve(ids.size());
+    arriving_.reserve(ids.size());
     staying_.resize(ids.size());
     std::iota(staying_.begin(), staying_.end(), 0u);
     std::uint64_t splits;
@@ -390,7 +390,7 @@ void Tree<Dim, T>::plan(std::span<const std::uint32_t> ids, const View& boxes)
                 continue;
             }
             index::put(parts_, make_room(parts_, key), ids[i], box);
-            arrivals_.push_back({i, key});
+            arriving_.push_back(i);
         }
         staying_.resize(stay);
     } while (parts_.splits != splits && !staying_.empty()); // a page that is split has less space
@@ -508,8 +508,8 @@ void Tree<Dim, T>::release_memory() noexcept
     release(parts_);
     leaving_.clear();
     leaving_.shrink_to_fit();
-    arrivals_.clear();
-    arrivals_.shrink_to_fit();
+    arriving_.clear();
+    arriving_.shrink_to_fit();
     staying_.clear();
     staying_.shrink_to_fit();
 }
@@ -547,8 +547,9 @@ IndexStats Tree<Dim, T>::stats() const noexcept
     stats.sorts = parts_.sorts;
     stats.splits = parts_.splits;
     stats.bytes = parts_.bytes() + replaced_.bytes() + build_memory_.bytes() +
-                  leaving_.capacity() * sizeof(Record<Dim, T>) + arrivals_.capacity() * sizeof(Arrival) +
-                  staying_.capacity() * sizeof(std::uint32_t) + queues_.bytes() + closest_work_.bytes();
+                  leaving_.capacity() * sizeof(Record<Dim, T>) +
+                  arriving_.capacity() * sizeof(std::uint32_t) + staying_.capacity() * sizeof(std::uint32_t) +
+                  queues_.bytes() + closest_work_.bytes();
     return stats;
 }
 

@@ -71,12 +71,6 @@ class Tree
     [[nodiscard]] const char* validate() const;
 
   private:
-    /// An object that comes, or belongs to another page than before.
-    struct Arrival
-    {
-        std::uint32_t i; // in the call's order
-        Key<Dim> key;
-    };
     /// All that can fail when objects are put somewhere. Those that arrive are in their pages afterwards. If
     /// they were in the tree before, they are in their old pages as well, which `page_of` names until then.
     void plan(std::span<const std::uint32_t> ids, const View& boxes);
@@ -89,8 +83,9 @@ class Tree
     Parts<Dim, T> replaced_; // by the last rebuild; memory for the next one
     BuildMemory build_memory_;
     std::pmr::vector<Record<Dim, T>> leaving_; // working memory of follow
-    std::pmr::vector<Arrival> arrivals_;       // working memory of put
-    std::pmr::vector<std::uint32_t> staying_;  // and who stays in its page
+    // Working memory of put, as places in the call's lists: who comes, or belongs to another page than before,
+    // and who stays in its page.
+    std::pmr::vector<std::uint32_t> arriving_, staying_;
     mutable QueueShelf<Dim, T> queues_;
     mutable Shelf<ClosestWork<Dim, T>> closest_work_;
 };
