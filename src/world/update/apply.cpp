@@ -30,7 +30,7 @@ void Writer<Dim, T>::begin(std::pmr::vector<Noted>* noted) noexcept
 template <int Dim, class T>
 void Writer<Dim, T>::set_queue(std::uint32_t queue)
 {
-    queue_of_.grow(state_.objects.capacity());
+    queue_of_.grow(state_.ids.end());
     queue_ = queue;
 }
 
@@ -127,7 +127,7 @@ void Writer<Dim, T>::apply(const Command<Dim, T>& command)
         object.set(flag::enabled, command.kind == CommandKind::enable);
         break;
     case CommandKind::report:
-        changes_.report_again(index, index);
+        changes_.report_again(index, changes_.everyone);
         break;
     case CommandKind::report_pair:
         changes_.report_again(index, Index{command.other.index});

@@ -58,7 +58,7 @@ bool Changes<Dim, T>::is_again(const Pair& pair) const noexcept
     const auto is_listed = [&](Index one, Index other) {
         return std::binary_search(again_.begin(), again_.end(), key_of(pair_of(one, other)));
     };
-    return is_listed(a, b) || is_listed(a, a) || is_listed(b, b);
+    return is_listed(a, b) || is_listed(a, everyone) || is_listed(b, everyone);
 }
 
 template <int Dim, class T>

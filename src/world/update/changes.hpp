@@ -64,7 +64,8 @@ class Changes
     [[nodiscard]] std::pmr::vector<Index>& list() noexcept { return objects_; }
     void keep_filter(Index index, const ObjectFilter& filter) { old_filters_.push_back({index, filter}); }
     void keep_reach(const OldReach& reach) { old_reaches_.push_back(reach); }
-    /// The pair of an object with another one, or, with itself, all its pairs.
+    /// The pair of an object with another one, or with everyone.
+    static constexpr Index everyone{~std::uint32_t{0}};
     void report_again(Index index, Index other)
     {
         again_.push_back(key_of(pair_of(index, other)));
