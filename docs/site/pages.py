@@ -5,6 +5,8 @@ Pages are written to be read in the repository, where a link may lead to any fil
 root's pages come beside those of docs/; a link to a header leads to its page of the reference, one to any other
 source to a page that shows it, one to a folder to a list of what is in it.
 """
+import json
+import os
 import pathlib
 import posixpath
 import re
@@ -22,6 +24,27 @@ languages = {".cpp": "cpp", ".hpp": "cpp", ".h": "c", ".c": "c", ".py": "python"
 # A link or picture of Markdown, and what must be passed over: blocks of code, and code within a line.
 markdown_link = re.compile(r"(^ *```.*?^ *```$|^(?: {4}[^\n]*\n)+|``.+?``|`[^`]+`)|(\]\()([^)\s]+)(\))", re.MULTILINE | re.DOTALL)
 
+# What the search leaves out: whoever looks for a word wants a guide or the reference, and the index is loaded by each visitor.
+not_searched = re.compile(r"(decisions/.|source/|tests/|bench/|examples/|mutants|fuzzing|inside/chapter|reference/chapter|migrate/from-0|CHANGELOG)")
+# Words of the trade that a page is found by, although it says others: they come first.
+words = {
+    "guide/queries/": "raycast raycasting ray kNN nearest neighbour neighbor overlap spatial query sweep shapecast frustum",
+    "guide/pairs/": "broadphase broad spatial join intersection",
+    "guide/neighbors/": "Verlet cutoff fixed radius neighbour",
+    "guide/world/": "trigger rigid body",
+    "guide/concepts/": "uniform BVH prune SAP",
+    "migrate/hash-grid/": "spatial hash hashing grid",
+    "reference/box_index_hpp/": "AABB tree BVH Rtree",
+    "guide/contacts/": "narrowphase narrow manifold GJK EPA penetration",
+    "guide/c/": "C# csharp dotnet .NET Unity Unreal FFI P/Invoke bindings Zig Julia",
+    "guide/install/": "cmake FetchContent install Windows MSVC macOS mingw",
+    "guide/packages/": "vcpkg conan Debian apt",
+    "guide/python/": "numpy pandas geopandas shapely cKDTree pip wheel",
+    "guide/javascript/": "npm wasm WebAssembly vite webpack three.js TypeScript",
+    "guide/fcl/": "MoveIt ROS robotics",
+    "start/batch/": "GIS EDA CAD CSV",
+}
+
 places = {}    # of the repository, by the page's name on the site: the way back from `names`
 names = {}     # the page's name on the site, by its place in the repository
 generated = {} # the text of pages that are in no file, by name
@@ -34,7 +57,29 @@ def slug(text, separator):
 
 def on_config(config):
     config["mdx_configs"]["toc"]["slugify"] = slug
+    header = (root / "include/jostle/version.hpp").read_text()
+    version = ".".join(re.search(rf"VERSION_{part} (\d+)", header)[1] for part in ("MAJOR", "MINOR", "PATCH"))
+    config["copyright"] = f"Jostle {version}, MIT licence"
+    # There is none yet that everybody can reach: whoever has one says so.
+    if os.environ.get("JOSTLE_REPOSITORY"):
+        config["repo_url"], config["repo_name"] = os.environ["JOSTLE_REPOSITORY"], f"Jostle {version}"
     return config
+
+
+def on_post_build(config):
+    """The search's index: fewer pages, and more words."""
+    file = pathlib.Path(config["site_dir"], "search/search_index.json")
+    index = json.loads(file.read_text())
+    index["docs"] = [doc for doc in index["docs"] if not not_searched.match(doc["location"])]
+    for doc in index["docs"]:
+        if doc["location"].startswith("reference/"): # names are in titles; declarations follow
+            doc["text"] = doc["text"][:0 if "jostle_h/" in doc["location"] else 400]
+    found = {doc["location"]: doc for doc in index["docs"]}
+    for location, tags in words.items():
+        if location not in found:
+            raise PluginError(f"docs/site/pages.py has words for {location}, which isn't there")
+        found[location]["tags"] = tags.split()
+    file.write_text(json.dumps(index, ensure_ascii=False, separators=(",", ":")))
 
 
 def on_files(files, config):
@@ -52,8 +97,10 @@ def on_files(files, config):
         file.abs_src_path = str(root / place)
         files.append(file)
 
+    # The front page is the site's own; the README beside it has the figures.
+    add("docs/site/home.md", "index.md")
     for page in sorted(root.glob("*.md")):
-        add(page.name, page.name)
+        add(page.name, "overview.md" if page.name == "README.md" else page.name)
     for place, text in reference.pages(root / "include/jostle").items():
         name = "reference/index.md" if place == "" else f"reference/{posixpath.basename(place).replace('.', '_')}.md"
         add(place or "include/jostle", name, text)
@@ -127,8 +174,8 @@ def on_page_read_source(page, config):
 
 def on_page_markdown(markdown, page, config, files):
     place, start = places[page.file.src_uri], posixpath.dirname(page.file.src_uri)
-    if place == "README.md":
-        page.meta["hide"] = ["navigation"] # a list of this page alone; its tables are wide
+    if place == "docs/site/home.md":
+        page.meta["hide"] = ["navigation", "toc"] # it has buttons
 
     def lead(match):
         code, begin, link, end = match.groups()

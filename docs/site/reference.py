@@ -62,7 +62,9 @@ def pages(folder):
              "| header | declares |", "|---|---|"]
     for header in headers.values():
         names = [f"[`{name}`](include/jostle/{header.name}#{name})" for name in header.type_names()]
-        names += [f"`{name}`" for name in header.function_names()]
+        places = header.function_places()
+        names += [f"[`{name}`](include/jostle/{header.name}#{places[name]})" if name in places else f"`{name}`"
+                  for name in header.function_names()]
         lines.append(f"| [{header.name}](include/jostle/{header.name}) | {', '.join(names) if header.name != 'jostle.h' else 'everything, for C'} |")
     written[""] = "\n".join(lines) + "\n"
     return written
@@ -100,12 +102,42 @@ class Header:
         if not about and re.search(r"^///.*\n\nJOSTLE_NAMESPACE_BEGIN", "\n".join(self.lines), re.MULTILINE):
             raise RuntimeError(f"{self.name}: the comment that it begins with isn't on its page")
         text = [f"# {self.name}", *about]
-        inner = [(line_of(type), self.type(type)) for type in self.types]
+        inner = [(type is not self.main_type(), line_of(type), self.type(type)) for type in self.types]
         for group in self.groups(members):
-            inner.append((group[0].line, self.entry(group, "##")))
-        for _, block in sorted(inner, key=lambda each: each[0]):
+            inner.append((True, group[0].line, self.entry(group, "##")))
+        for _, _, block in sorted(inner, key=lambda each: each[:2]):
             text += block
         return "\n\n".join(text) + "\n"
+
+    def main_type(self):
+        """What the header is there for, and its page begins with: the class of its name, or the one with most functions."""
+        if self.name == "jostle.h":
+            return None
+
+        def functions(type):
+            return sum(member.get("kind") == "function" and member.get("prot") == "public" and
+                       not member.findtext("name").startswith("operator") for member in type.iter("memberdef"))
+
+        def rank(type):
+            named = name_of(type).lower() == self.name.removesuffix(".hpp").replace("_", "")
+            return named and functions(type) > 0, functions(type), -line_of(type)
+
+        best = max(self.types, key=rank, default=None)
+        return best if best is not None and functions(best) > 0 else None
+
+    def function_places(self):
+        """The anchor of each function on the page: that of the first heading with its name."""
+        types = [type.findtext("compoundname") for type in self.types]
+        members = [member for member in self.members.values() if member.findtext("name") not in types]
+        places = {}
+        for group in self.groups(members):
+            for member in group:
+                places.setdefault(member.name, slug_of(self.title(group)))
+        return places
+
+    def title(self, group):
+        names = list(dict.fromkeys(member.name for member in group if not member.name.startswith("@")))
+        return ", ".join(names[:6]) + (", ..." if len(names) > 6 else "")
 
     def type(self, type):
         name = name_of(type)
@@ -141,13 +173,8 @@ class Header:
         return result
 
     def entry(self, group, level):
-        names = []
-        for member in group:
-            if member.name not in names and not member.name.startswith("@"):
-                names.append(member.name)
-        title = ", ".join(names[:6]) + (", ..." if len(names) > 6 else "")
-        title = title.replace("<", "&lt;").replace("*", "&#42;")
-        heading = [f"{level} {title}"] if names else []
+        title = self.title(group).replace("<", "&lt;").replace("*", "&#42;")
+        heading = [f"{level} {title}"] if title else []
         code = [line for member in group for line in textwrap.dedent("\n".join(member.code)).split("\n")]
         return [*heading, self.code(code), *group[0].text]
 
@@ -270,6 +297,11 @@ class Declared:
                 return
             rest = lines[self.last]
             self.last += 1
+
+
+def slug_of(title):
+    """As pages.py makes anchors of headings."""
+    return re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-")
 
 
 def name_of(type):

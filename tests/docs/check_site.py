@@ -2,11 +2,14 @@
 # SPDX-License-Identifier: MIT
 """check_site.py SITE: every link within the built site leads to a page or file of it, and every anchor to a place.
 
-Links to elsewhere may stand in the text; a page that would itself fetch something from elsewhere fails.
+Links to elsewhere may stand in the text; a page that would itself fetch something from elsewhere fails. The search
+knows words of the trade, and each visitor loads its index: it is below a megabyte. Headers begin with what they are for.
 """
 import html.parser
+import json
 import pathlib
 import posixpath
+import re
 import sys
 import urllib.parse
 
@@ -47,6 +50,19 @@ for name, page in sorted(pages.items()):
             problems.append(f"{name}: {link} leads nowhere")
         elif address.fragment and target in pages and urllib.parse.unquote(address.fragment) not in pages[target].anchors:
             problems.append(f"{name}: {link} names no place of {target}")
+
+index = site / "search/search_index.json"
+docs = {doc["location"]: doc for doc in json.loads(index.read_text())["docs"]}
+if index.stat().st_size > 1_000_000:
+    problems.append(f"the search's index has {index.stat().st_size} bytes")
+problems += [f"the search finds {location}" for location in docs if re.match("decisions/.|source/", location)]
+for word, location in (("C#", "guide/c/"), ("kNN", "guide/queries/"), ("tree", "reference/box_index_hpp/"), ("cmake", "guide/install/")):
+    if word not in docs[location].get("tags", []):
+        problems.append(f"{location} isn't found by {word}")
+for header, first in (("find_pairs", "PairFinder"), ("world", "World"), ("contact", "ContactFinder"), ("shapes", "Shape")):
+    headings = re.findall(r'<h2 id="([^"]*)"', (site / f"reference/{header}_hpp/index.html").read_text())
+    if headings[0] != first:
+        problems.append(f"{header}.hpp begins with {headings[0]}, which isn't what it is for")
 
 print(*problems, sep="\n", end="\n" if problems else "")
 print(f"{len(pages)} pages, {checked} links, {len(problems)} of them wrong")
