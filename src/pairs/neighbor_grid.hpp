@@ -113,12 +113,17 @@ struct CutoffRule
     std::span<const T> table;
     std::size_t types = 0;
     bool of_radii = false, greater = false; ///< of two radii, instead of their sum
-    T greatest = 0;
+    T greatest = 0, greatest_radius_b = 0;
 
     T operator()(T radius_a, std::uint32_t type_a, T radius_b, std::uint32_t type_b) const
     {
         if (of_radii) return greater ? std::max(radius_a, radius_b) : radius_a + radius_b;
         return types != 0 ? table[type_a * types + type_b] : value;
+    }
+    /// The greatest that a point of this radius has with any other.
+    T greatest_of(T radius_a) const
+    {
+        return of_radii ? (*this)(radius_a, 0, greatest_radius_b, 0) : greatest;
     }
 };
 
@@ -183,8 +188,9 @@ CutoffRule<T> check_cutoffs(const PointSet<Dim, T>& a, const PointSet<Dim, T>& b
                           k);
         rule.greatest = std::max(rule.greatest, cutoff.table[k]);
     }
-    const T radius_a = checked_radii(a, rule), radius_b = checked_radii(b, rule);
-    rule.greatest = std::max(rule.greatest, rule(radius_a, 0, radius_b, 0));
+    const T radius_a = checked_radii(a, rule);
+    rule.greatest_radius_b = checked_radii(b, rule);
+    rule.greatest = std::max(rule.greatest, rule(radius_a, 0, rule.greatest_radius_b, 0));
     const T square = rule.greatest * rule.greatest;
     const bool nobody = a.points.empty() || b.points.empty();
     if (!nobody && !(square >= std::numeric_limits<T>::min() && square <= std::numeric_limits<T>::max()))
@@ -240,7 +246,7 @@ struct NeighborGrid
     double scale[detail::axes<Dim>];
     std::int64_t cells[detail::axes<Dim>], reach[detail::axes<Dim>];
     double rounding = 0; ///< by how much a distance of the definition may differ from the true one
-    T near = 0;          ///< the square within which the test of wrapped points must let pass
+    double slack = 0;    ///< by how much the test of wrapped points may err
     T sure = -1;         ///< the square within which it decides; nothing is below 0
 
     static Wide wide(const Vec<Dim, T>& v)
@@ -318,6 +324,17 @@ struct NeighborGrid
         return dot(reciprocal[k], wide(point) - origin);
     }
 
+    /// The square within which the test of wrapped points must let pass who is within a cutoff. It is no less
+    /// for a greater cutoff.
+    T near_of(double cutoff) const
+    {
+        constexpr double more = 1 + 16 * static_cast<double>(std::numeric_limits<T>::epsilon());
+        const double passing = (cutoff + slack) * more, square = passing * passing * more;
+        return square < static_cast<double>(std::numeric_limits<T>::max())
+                   ? static_cast<T>(square)
+                   : std::numeric_limits<T>::infinity();
+    }
+
     /// Fits the grid to points, of which each set has some.
     void fit(const PointSet<Dim, T>& a, const PointSet<Dim, T>& b, double cutoff)
     {
@@ -373,12 +390,8 @@ struct NeighborGrid
             wrapped += (high[k] - low[k] + reaches[k] + 2) * lengths[k];
         }
         const double rest = 16 * eps * (wrapped + cutoff);
-        const double passing = (within + rest) * (1 + 16 * eps);
-        const double square = passing * passing * (1 + 16 * eps);
-        near = square < static_cast<double>(std::numeric_limits<T>::max())
-                   ? static_cast<T>(square)
-                   : std::numeric_limits<T>::infinity();
-        const double deciding = (cutoff - rounding - rest) * (1 - 16 * eps);
+        slack = rounding + rest;
+        const double deciding = (cutoff - slack) * (1 - 16 * eps);
         sure = deciding > 0 ? static_cast<T>(deciding * deciding * (1 - 16 * eps)) : T(-1);
 
         double size[detail::axes<Dim>], all = 1, per_cutoff = static_cast<double>(points);

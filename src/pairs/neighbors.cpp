@@ -171,6 +171,7 @@ struct NeighborFinder<Dim, T>::Implementation
 
         /// How far is looked.
         T reach() const { return rule.greatest + static_cast<T>(options.skin); }
+        T reach_of(T radius) const { return rule.greatest_of(radius) + static_cast<T>(options.skin); }
         bool somebody() const { return !a.points.empty() && !b.points.empty(); }
     };
 
@@ -314,11 +315,15 @@ struct NeighborFinder<Dim, T>::Implementation
 
     /// Puts together whom the points of a from `begin` to `end` - 1, which are in this cell, may have as
     /// neighbours.
-    neighbors::NearbyColumns<T> surround(std::uint32_t cell, std::size_t begin, std::size_t end,
-                                         bool two_sets, bool with_images, neighbors::GridPoints<Dim, T>& b,
+    neighbors::NearbyColumns<T> surround(const Request& request, std::uint32_t cell, std::size_t begin,
+                                         std::size_t end, bool with_images, neighbors::GridPoints<Dim, T>& b,
                                          Scratch& own)
     {
         neighbors::Extent<Dim, T> box;
+        T radius = 0; // the greatest
+        for (std::size_t place = begin; place < end; ++place)
+            radius = std::max(radius, grid_a.points[place].radius);
+        const T near = grid.near_of(static_cast<double>(request.reach_of(radius)));
         for (int d = 0; d < Dim; ++d) {
             const auto [lo, hi] = std::minmax_element(grid_a.axis(d) + begin, grid_a.axis(d) + end);
             box.lo[d] = *lo, box.hi[d] = *hi;
@@ -336,7 +341,7 @@ struct NeighborFinder<Dim, T>::Implementation
         for (const neighbors::ImageRun<Dim, T>& run : own.runs) {
             const std::size_t before = count;
             std::uint32_t* const selected = around.selected.data();
-            count += kernels->select(axes, run.begin, run.end, run.by, box, grid.near, selected + count);
+            count += kernels->select(axes, run.begin, run.end, run.by, box, near, selected + count);
             std::fill(around.run.data() + before, around.run.data() + count,
                       static_cast<std::uint32_t>(&run - own.runs.data()));
             for (std::size_t k = before; k < count; ++k)
@@ -357,7 +362,7 @@ struct NeighborFinder<Dim, T>::Implementation
             for (int d = 0; d < Dim; ++d)
                 around.axis(d)[k] = axes[d][place] + run.by[d];
             around.image[k] = run.code;
-            if (!two_sets && place - begin < end - begin && run.code == here)
+            if (!request.two_sets && place - begin < end - begin && run.code == here)
                 own.itself[place - begin] = static_cast<std::uint32_t>(k);
         }
         for (int d = 0; d < Dim; ++d)
@@ -381,15 +386,16 @@ struct NeighborFinder<Dim, T>::Implementation
         Vec<Dim, T> here;
         for (int d = 0; d < Dim; ++d)
             here[d] = grid_a.axis(d)[row];
+        const T near = grid.near_of(static_cast<double>(request.reach_of(grid_a.points[row].radius)));
         const T sure = request.rule.types == 0 && !request.rule.of_radii ? grid.sure : T(-1);
         if (request.two_sets) {
-            kernels->find_row(columns, 0, here, sure, grid.near, found);
+            kernels->find_row(columns, 0, here, sure, near, found);
         } else if (request.options.half) {
-            kernels->find_row(columns, itself + 1, here, sure, grid.near, found);
+            kernels->find_row(columns, itself + 1, here, sure, near, found);
         } else { // for a moment the point itself is near nobody
             T& x = columns.at[0][itself];
             const T before = std::exchange(x, std::numeric_limits<T>::quiet_NaN());
-            kernels->find_row(columns, 0, here, sure, grid.near, found);
+            kernels->find_row(columns, 0, here, sure, near, found);
             x = before;
         }
         // Whom the definition rejects, those behind close up to.
@@ -504,7 +510,7 @@ struct NeighborFinder<Dim, T>::Implementation
                 const std::size_t last = group_from(rows, s + 1), first = rows.place(s);
                 const std::uint32_t cell = grid_a.cell[grid_a.index[first]];
                 const auto columns =
-                    surround(cell, first, rows.place(last - 1) + 1, request.two_sets, with_images, b, own);
+                    surround(request, cell, first, rows.place(last - 1) + 1, with_images, b, own);
                 for (; s < last; ++s) {
                     const std::size_t before = found.count, place = rows.place(s);
                     find_row(request, place, own.itself[place - first], columns, b, own, found);
