@@ -30,6 +30,7 @@ struct Case
     float cutoff; ///< in Angstrom
     bool repeats, skewed;
     NeighborOptions options; ///< with a skin, calls search no more
+    bool systems = false;    ///< 20 times as many atoms, in systems of 100
 };
 constexpr NeighborOptions rows{.shifts = false}, half{.half = true, .shifts = false};
 constexpr Case all_cases[] = {
@@ -40,6 +41,7 @@ constexpr Case all_cases[] = {
     {"half-3", 3, true, false, half},
     {"skewed-6", 6, true, true, half},
     {"step-6", 6, true, false, {.half = true, .shifts = false, .skin = 1}},
+    {"systems-5", 5, false, false, rows, true},
 };
 
 /// Diamond whose atoms lie 0.1 Angstrom or less aside along each axis; with 6 Angstrom 122 neighbours.
@@ -76,6 +78,19 @@ Atoms make_atoms(std::uint64_t n, bool skewed, std::uint64_t seed)
                    {0, 0, length}},
                   {true, true, true}};
     return atoms;
+}
+
+/// Systems of 100 atoms of diamond, one behind the other in memory, and where each begins.
+std::vector<std::uint64_t> make_systems(std::uint64_t n, std::uint64_t seed, std::vector<Vec3f>& atoms)
+{
+    constexpr std::uint64_t size = 100;
+    std::vector<std::uint64_t> offsets{0};
+    while (offsets.back() + size <= n) {
+        const std::vector<Vec3f> some = make_atoms(216, false, seed + offsets.size()).at;
+        atoms.insert(atoms.end(), some.begin(), some.begin() + size);
+        offsets.push_back(atoms.size());
+    }
+    return offsets;
 }
 
 /// What a program has that does it by hand, with care: atoms sorted into cells of a cutoff's edge, each
@@ -186,19 +201,37 @@ void run(const BenchOptions& options)
     NeighborTable table(options);
     const auto nothing = [](std::uint32_t) {};
     for (const Case* each : wanted) {
-        const Atoms atoms = make_atoms(options.count, each->skewed, options.seed);
+        Atoms atoms;
+        std::vector<std::uint64_t> systems;
+        if (each->systems)
+            systems = make_systems(20 * options.count, options.seed, atoms.at);
+        else
+            atoms = make_atoms(options.count, each->skewed, options.seed);
+        const std::vector<Vec3f> searched = atoms.at;
+        // With a skin atoms lie up to a quarter of it aside of where they were when they were searched.
+        const auto move = [&](std::uint32_t run) {
+            jostle_scenes::Random random(options.seed + run);
+            const double most = run == 0 ? 0 : each->options.skin / 4 / std::sqrt(3);
+            for (std::size_t i = 0; most > 0 && i < atoms.at.size(); ++i)
+                for (int d = 0; d < 3; ++d)
+                    atoms.at[i][d] = searched[i][d] + static_cast<float>(most * (2 * random.uniform() - 1));
+        };
         const Cell cell = each->repeats ? atoms.cell : Cell{};
         std::uint64_t ours = 0;
         for (const std::uint32_t count : options.threads) {
             const Threads threads(count);
             jostle::NeighborFinder<3, float> finder({.executor = &threads.executor()});
+            atoms.at = searched;
             const auto search = [&] {
-                ours = finder.find(atoms.at, each->cutoff, cell, each->options).neighbors.size();
+                const auto& list =
+                    each->systems ? finder.find_systems(atoms.at, systems, each->cutoff, {}, each->options)
+                                  : finder.find(atoms.at, each->cutoff, cell, each->options);
+                ours = list.neighbors.size();
             };
-            const std::vector<double> ms = sorted_times(2, options.frames, nothing, search);
+            const std::vector<double> ms = sorted_times(2, options.frames, move, search);
             table.row("jostle", *each, atoms.at.size(), threads.count(), ms, ours);
         }
-        if (each->skewed || each->options.skin > 0 || each->options.vectors) continue;
+        if (each->systems || each->skewed || each->options.skin > 0 || each->options.vectors) continue;
         PlainCells plain;
         std::uint64_t found = 0;
         const auto search = [&] {
@@ -215,10 +248,12 @@ void run(const BenchOptions& options)
 }
 
 constexpr const char* help =
-    R"(Cases: open-6, rows of neighbours in open space within 6 Angstrom; half-6, each pair once, and vectors-6, all
-with whole-number shifts and vectors, in a periodic cell; open-3 and half-3 within 3 Angstrom; skewed-6, as half-6
-in a cell of 60 degrees; step-6, a call in which a skin spares the search. Atoms are those of diamond, each up to
-0.1 Angstrom aside. The system cells is a plain list of cells, whose rows come in no order, on one thread.
+    R"(Cases: open-6, rows of neighbours in open space within 6 Angstrom; half-6, each pair once, and vectors-6,
+all with whole-number shifts and vectors, in a periodic cell; open-3 and half-3 within 3 Angstrom; skewed-6, as
+half-6 in a cell of 60 degrees; step-6, a call in which a skin of 1 Angstrom spares the search though atoms have
+moved by up to a quarter of it; systems-5, many open systems of 100 atoms in one call, 20 times as many atoms.
+Atoms are those of diamond, each up to 0.1 Angstrom aside. The system cells is a plain list of cells, whose rows
+come in no order, on one thread.
 
 Examples:
   jostle bench neighbors

@@ -111,7 +111,7 @@ TEST_F(ToolTest, BenchNeighborsFindsAsManyAsPlainCells)
     std::map<std::string, std::set<std::uint64_t>> found;
     for (const auto& row : nlohmann::json::parse(result.out))
         if (row["system"] == "jostle") found[row["scene"]].insert(std::uint64_t(row["neighbors"]));
-    EXPECT_EQ(found.size(), 7u);
+    EXPECT_EQ(found.size(), 8u);
     for (const auto& [name, counts] : found)
         EXPECT_EQ(counts.size(), 1u) << name;
     EXPECT_GT(*found["open-6"].begin(), 200'000u);
