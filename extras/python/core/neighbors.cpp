@@ -23,8 +23,8 @@ struct NeighborQuery
 {
     NeighborQuery(jostle_space space, const Array& points, const Maybe& others,
                   const std::optional<U64>& offsets, double cutoff, const Maybe& radii, const Maybe& radii_b,
-                  const std::optional<U32>& types, const std::optional<U32>& types_b, const Maybe& table,
-                  const Maybe& cells, const std::optional<Packed<std::int32_t>>& repeats)
+                  bool greater, const std::optional<U32>& types, const std::optional<U32>& types_b,
+                  const Maybe& table, const Maybe& cells, const std::optional<Packed<std::int32_t>>& repeats)
         : space(space),
           kept(py::make_tuple(points, others, offsets, radii, radii_b, types, types_b, table, cells, repeats))
     {
@@ -61,6 +61,7 @@ struct NeighborQuery
             query.system_count = static_cast<std::uint64_t>(offsets->shape(0)) - 1;
         }
         query.cutoff = cutoff;
+        query.greater = greater ? 1 : 0;
         query.radii = numbers_of(radii, query.count, "cutoff");
         query.radii_b = numbers_of(radii_b, query.other_count, "cutoff_b");
         query.types = types_of(types, query.count, "types");
@@ -311,7 +312,7 @@ void define_neighbors(py::module_& m)
 {
     define_class<NeighborQuery>(m, "NeighborQuery")
         .def(py::init<jostle_space, const Array&, const Maybe&, const std::optional<U64>&, double,
-                      const Maybe&, const Maybe&, const std::optional<U32>&, const std::optional<U32>&,
+                      const Maybe&, const Maybe&, bool, const std::optional<U32>&, const std::optional<U32>&,
                       const Maybe&, const Maybe&, const std::optional<Packed<std::int32_t>>&>());
     define_class<NeighborFinder>(m, "NeighborFinder")
         .def(py::init<double, std::uint32_t>())

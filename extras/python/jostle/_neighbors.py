@@ -107,8 +107,8 @@ def _radii(lengths: list[Any], names: list[str], counts: list[int]) -> list[np.n
     return out
 
 
-def _query(points: Any, cutoff: Any, cell: Any, periodic: Any, others: Any, cutoff_b: Any, types: Any, types_b: Any,
-           offsets: Any) -> _core.NeighborQuery:
+def _query(points: Any, cutoff: Any, cell: Any, periodic: Any, others: Any, cutoff_b: Any, greater: bool, types: Any,
+           types_b: Any, offsets: Any) -> _core.NeighborQuery:
     points, places = _systems(points)
     if offsets is not None:
         if places is not None:
@@ -138,7 +138,7 @@ def _query(points: Any, cutoff: Any, cell: Any, periodic: Any, others: Any, cuto
     if min(counts):
         value = 0.0 if radii or numbers else value
     else:  # nobody has neighbours, and C would take arrays without elements for none
-        radii, table, numbers = [], None, []
+        radii, table, numbers, greater = [], None, [], False
 
     def one_each(arrays: list[np.ndarray], of: Any) -> list[Maybe]:
         return [np.ascontiguousarray(one, of) for one in arrays] + [None] * (2 - len(arrays))
@@ -149,8 +149,8 @@ def _query(points: Any, cutoff: Any, cell: Any, periodic: Any, others: Any, cuto
     radii_a, radii_b = one_each(radii, dtype)
     numbers_a, numbers_b = one_each(numbers, np.uint32)
     return _core.NeighborQuery(_arrays.SPACES[dim, dtype], sets[0], sets[1] if len(sets) > 1 else None, places, value, radii_a,
-                               radii_b, numbers_a, numbers_b, None if table is None else np.ascontiguousarray(table, dtype), cells,
-                               repeats)
+                               radii_b, bool(greater), numbers_a, numbers_b,
+                               None if table is None else np.ascontiguousarray(table, dtype), cells, repeats)
 
 
 def _letters(quantities: str) -> str:
@@ -166,8 +166,8 @@ def _in_order(quantities: str, found: tuple[np.ndarray, ...]) -> Any:
 
 
 def neighbors(points: Any, cutoff: Any, cell: Any = None, periodic: Any = False, *, full: bool = True, quantities: str = "ij",
-              others: Any = None, cutoff_b: Any = None, types: Any = None, types_b: Any = None, offsets: Any = None,
-              threads: int = 0) -> Any:
+              others: Any = None, cutoff_b: Any = None, greater: bool = False, types: Any = None, types_b: Any = None,
+              offsets: Any = None, threads: int = 0) -> Any:
     """Neighbour lists: for each point all points within a cutoff, with all of their images where space repeats itself.
 
         i, j = jostle.neighbors(points, 0.1)
@@ -187,6 +187,7 @@ def neighbors(points: Any, cutoff: Any, cell: Any = None, periodic: Any = False,
         o       (n + 1,) int64: the neighbours of point i are j[o[i]:o[i + 1]], so that `i` isn't needed
     others      a second set: the neighbours are among these
     cutoff_b    one for each of the others, where cutoff is one for each point
+    greater     True: of cutoffs of points a pair's is the greater, not the sum: who sees is seen
     types       one for each point: numbers below k for a table, anything for a dict; `types_b` those of the others
     offsets     many systems in one array: (systems + 1,), system k has the points from offsets[k] to offsets[k + 1] - 1. All points
                 are numbered in a row, in the list as well
@@ -196,7 +197,7 @@ def neighbors(points: Any, cutoff: Any, cell: Any = None, periodic: Any = False,
     exactly. A point isn't its own neighbour; its images may be. Rows ascend by j, then by S. The arrays are the library's own
     memory, without a copy. Ctrl-C ends the call. A NeighborFinder keeps its memory, and a list for several steps.
     """
-    wish = _query(points, cutoff, cell, periodic, others, cutoff_b, types, types_b, offsets)
+    wish = _query(points, cutoff, cell, periodic, others, cutoff_b, greater, types, types_b, offsets)
     return _in_order(quantities, _core.neighbors(wish, bool(full), _letters(quantities), _arrays.threads(threads)))
 
 
@@ -219,9 +220,10 @@ class NeighborFinder:
         self._finder = _core.NeighborFinder(float(skin), _arrays.threads(threads))
 
     def find(self, points: Any, cutoff: Any, cell: Any = None, periodic: Any = False, *, full: bool = True, quantities: str = "ij",
-             others: Any = None, cutoff_b: Any = None, types: Any = None, types_b: Any = None, offsets: Any = None) -> Any:
+             others: Any = None, cutoff_b: Any = None, greater: bool = False, types: Any = None, types_b: Any = None,
+             offsets: Any = None) -> Any:
         """As neighbors: arrays which the caller owns, copied from the finder's."""
-        wish = _query(points, cutoff, cell, periodic, others, cutoff_b, types, types_b, offsets)
+        wish = _query(points, cutoff, cell, periodic, others, cutoff_b, greater, types, types_b, offsets)
         return _in_order(quantities, self._finder.find(wish, bool(full), _letters(quantities)))
 
     @property

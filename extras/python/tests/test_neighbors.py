@@ -105,6 +105,8 @@ def test_radii_types_and_two_sets(dim, dtype):
             (None, dict(cutoff=table, types=kinds), of_types(kinds, kinds)),
             (b, dict(cutoff=1.5), cutoffs(dtype(1.5), 40, 30, dtype)),
             (b, dict(cutoff=radii, cutoff_b=radii_b), radii[:, None] + radii_b[None]),
+            (None, dict(cutoff=radii, greater=True), np.maximum(radii[:, None], radii[None])),
+            (b, dict(cutoff=radii, cutoff_b=radii_b, greater=True), np.maximum(radii[:, None], radii_b[None])),
             (b, dict(cutoff=table, types=kinds, types_b=kinds_b), of_types(kinds, kinds_b))):
         found = as_set(*jostle.neighbors(a, cell=cell, periodic=periodic, others=others, quantities="ijS", **given))
         assert found and found == by_definition(a, expected, cell, periodic, others), given
@@ -166,7 +168,8 @@ def test_quantities_come_in_the_order_of_their_letters():
     for quantities, shapes in (("ijSDdo", [(0,), (0,), (0, 3), (0, 3), (0,), (1,)]),):
         for empty in ([], np.empty((0, 3))):
             assert [one.shape for one in jostle.neighbors(empty, 1, quantities=quantities)] == shapes
-            assert [one.shape for one in jostle.neighbors(empty, [], quantities=quantities)] == shapes
+            for greater in (False, True):
+                assert [one.shape for one in jostle.neighbors(empty, [], greater=greater, quantities=quantities)] == shapes
             assert [one.shape for one in jostle.neighbors(empty, {("H", "H"): 1}, types=[], quantities=quantities)] == shapes
     assert [one.shape for one in jostle.neighbors(points, 0.3, others=points[:0], quantities="So")] == [(0, 3), (51,)]
 
@@ -224,6 +227,7 @@ def test_a_finder_keeps_what_a_skin_allows():
     (dict(cutoff=np.inf), "inf", None),
     (dict(cutoff=[1.0]), r"cutoff has the shape \(1,\): it must be one number", None),
     (dict(cutoff=[1.0, -2]), "-2", 1),
+    (dict(greater=True), "the greater one may count, and there are none", None),
     (dict(cutoff_b=[1.0, 2]), "cutoff_b is given, and there are no others", None),
     (dict(types_b=[1, 2]), "types_b is given, and there are no others", None),
     (dict(cutoff={(0, 0): 1}), "types isn't given", None),
