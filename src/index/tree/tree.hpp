@@ -83,8 +83,8 @@ class Tree
     Parts<Dim, T> replaced_; // by the last rebuild; memory for the next one
     BuildMemory build_memory_;
     std::pmr::vector<Record<Dim, T>> leaving_; // working memory of follow
-    // Working memory of put, as places in the call's lists: who comes, or belongs to another page than before,
-    // and who stays in its page.
+    // Working memory of put, as places in the call's lists: objects that come or change their page, and
+    // those that stay in it.
     std::pmr::vector<std::uint32_t> arriving_, staying_;
     mutable QueueShelf<Dim, T> queues_;
     mutable Shelf<ClosestWork<Dim, T>> closest_work_;
