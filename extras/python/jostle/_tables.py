@@ -81,8 +81,8 @@ class _Table:
                 self.fail(0, f"there is no line with names, and {self.columns} column{'s' * (self.columns > 1)}; {_ADVICE}")
             self.dim = self.columns // 2
             for place in range(self.columns):
-                what = divmod(place, self.dim)
-                self.of[what] = _Column(place, _own_name(*what))
+                side, axis = divmod(place, self.dim)
+                self.of[side, axis] = _Column(place, _own_name(side, axis))
             return
         for place, field in enumerate(self.fields):
             name = field.lower()
