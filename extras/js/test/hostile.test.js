@@ -348,6 +348,8 @@ test("loading", async () => {
   await rejects({ only: "worlds" }, /only is "worlds"/);
   await assert.rejects(load({ wasm: "./not-there.wasm" }), { code: "ENOENT" });
   await assert.rejects(load({ wasm: new Uint8Array(8) }), WebAssembly.CompileError);
+  const page = new Response("<!doctype html>", { headers: { "content-type": "text/html; charset=utf-8" } });
+  await rejects({ wasm: page }, /the answer is a page, as servers give for what they don't have/);
   assert.deepEqual(support, { simd: true, threads: true });
   const pairs = await load({ only: "pairs" });
   assert.deepEqual([...pairs.findPairs(good, { dim: 3 })], [0, 1]);
