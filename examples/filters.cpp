@@ -32,7 +32,7 @@ int main()
     const auto accept = [](std::uint32_t a, std::uint32_t b) { return !(a == 0 && b == 4); };
     filter.accept = accept;
 
-    const auto pairs = jostle::find_pairs<2, double>(boxes, filter, jostle::Order::sorted).to_vector();
+    const auto pairs = jostle::find_pairs(boxes, filter, jostle::Order::sorted).to_vector();
     for (jostle::Pair pair : pairs)
         std::printf("%u touches %u\n", pair.a, pair.b);
     const std::vector<jostle::Pair> expected = {{0, 3}, {0, 5}, {1, 3}, {1, 4}, {1, 5},

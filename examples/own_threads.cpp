@@ -37,12 +37,12 @@ int main()
     HostExecutor host;
     jostle::FinderOptions options;
     options.executor = &host;
-    const auto pairs = jostle::find_pairs<2, float>(boxes, {}, jostle::Order::canonical, options);
+    const auto pairs = jostle::find_pairs(boxes, {}, jostle::Order::canonical, options);
     std::printf("%llu pairs from %llu tasks\n", static_cast<unsigned long long>(pairs.size()),
                 static_cast<unsigned long long>(host.tasks_run));
 
     options.executor = &jostle::serial_executor(); // the same pairs in the same order
-    const auto serial = jostle::find_pairs<2, float>(boxes, {}, jostle::Order::canonical, options);
+    const auto serial = jostle::find_pairs(boxes, {}, jostle::Order::canonical, options);
     const std::uint64_t expected = 2 * 99 * 100 + 2 * 99 * 99;
     return pairs.size() == expected && host.tasks_run > 0 && pairs.to_vector() == serial.to_vector() ? 0 : 1;
 }
