@@ -67,7 +67,7 @@ struct Following
 
 } // namespace world
 
-/// docs/guide/world.md tells how it works.
+/// docs/inside/world.md tells how it works.
 namespace world {
 template <int Dim, class T>
 class Asking;
