@@ -27,7 +27,8 @@ for i = 0, n - 1 do
     rows[4 * i], rows[4 * i + 1], rows[4 * i + 2], rows[4 * i + 3] = 2 * i, 0, 2 * i + 1, 1
 end
 local boxes = ffi.new("jostle_boxes")
-call("boxes_strided", jostle.JOSTLE_2D, rows, rows + 2, n, 4 * 8, boxes)
+boxes.lo[0], boxes.lo[1], boxes.hi[0], boxes.hi[1] = rows, rows + 1, rows + 2, rows + 3
+boxes.count, boxes.stride = n, 4 * 8
 
 local out = ffi.new("jostle_index*[1]")
 call("index_new", jostle.JOSTLE_2D, nil, out)

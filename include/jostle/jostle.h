@@ -384,6 +384,11 @@ typedef struct jostle_options
 // Boxes: box.hpp
 // ---------------------------------------------------------------------------------------------------------
 
+#ifdef __cplusplus
+#define JOSTLE_BYTES(pointer) static_cast<const char*>(pointer)
+#else
+#define JOSTLE_BYTES(pointer) ((const char*)(pointer))
+#endif
 /// Boxes inside structs: `lo` and `hi` point to the dim consecutive coordinates of the first box, the next
 /// box's are `stride` bytes further on. For packed boxes hi is lo + dim numbers and stride 2 dim numbers.
 /// Can't fail: whoever is given the boxes checks them. Other languages fill the struct in themselves.
@@ -395,13 +400,14 @@ static inline jostle_boxes jostle_boxes_strided(jostle_space space, const void* 
     const int bytes = space == JOSTLE_2D || space == JOSTLE_3D ? 8 : 4; /* of a number */
     int d;
     for (d = 0; d < axes; ++d) {
-        if (lo != NULL) boxes.lo[d] = (const char*)lo + d * bytes;
-        if (hi != NULL) boxes.hi[d] = (const char*)hi + d * bytes;
+        if (lo != NULL) boxes.lo[d] = JOSTLE_BYTES(lo) + d * bytes;
+        if (hi != NULL) boxes.hi[d] = JOSTLE_BYTES(hi) + d * bytes;
     }
     boxes.count = count;
     boxes.stride = stride;
     return boxes;
 }
+#undef JOSTLE_BYTES
 /// Fails as every search would with these boxes, or does nothing. Cost: one pass.
 JOSTLE_C_API jostle_status jostle_boxes_check(jostle_space space, const jostle_boxes* boxes,
                                               jostle_error* error);
