@@ -92,7 +92,7 @@ if(NOT BUILD_SHARED_LIBS)
   # What each has for its users; and what that includes, which is added.
   set(headers_of_pairs find_pairs periodic neighbors process recorder responses)
   set(headers_of_world box_index pair_slots query spatial_order world)
-  set(headers_of_contacts cast closed_mesh contact shape_query shapes)
+  set(headers_of_contacts cast closed_mesh contact shape_query shapes surface)
   set(part_targets "")
   set(headers "")
   foreach(part pairs world contacts)
