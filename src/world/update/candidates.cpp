@@ -252,7 +252,7 @@ void Search<Dim, T>::find_unlisted(const Division& division)
     // Where what rests lies in one place, such as the ground below, most come nowhere near.
     const Box hull = BoxIndexAccess::tree(state_.resting).hull();
     auto& unlisted = arena_.list<Entry>("entries to be asked about");
-    auto& boxes = arena_.list<Box>("boxes of these");
+    auto& boxes = arena_.list<Box>("boxes of entries to be asked about");
     unlisted.resize(division.unlisted.size());
     boxes.resize(division.unlisted.size());
     std::size_t asked = 0;

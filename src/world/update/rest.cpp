@@ -89,7 +89,7 @@ Rest<Dim, T> plan_rest(State<Dim, T>& state, const Changes<Dim, T>& changes, con
                          arena.list<typename State<Dim, T>::Active>("objects that will be active"),
                          {},
                          arena.list<std::uint32_t>("objects that come to rest or shift"),
-                         arena.list<Aabb<Dim, T>>("boxes of these"),
+                         arena.list<Aabb<Dim, T>>("boxes of objects that come to rest or shift"),
                          {},
                          {}};
     auto& waited = arena.list<Index>("objects that have been idle for long enough");
