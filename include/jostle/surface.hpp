@@ -196,7 +196,7 @@ class JOSTLE_API SurfaceFinder
     const MovingSurface<T>& moving(const Surface& surface, Positions from, Positions to, T distance = 0,
                                    const Options& options = {}) &;
     /// The edges that have a point in common with a triangle but no vertex, decided exactly for numbers that
-    /// differ by up to 2^200. None: the surface doesn't cross itself.
+    /// differ by up to 2^200. None: the surface doesn't cross itself. Of the options only `bodies` counts.
     /// Source   Shewchuk, Adaptive Precision Floating-Point Arithmetic, 1997.
     const BlockBuffer<Crossing>& crossings(const Surface& surface, Positions positions,
                                            const Options& options = {}) &;

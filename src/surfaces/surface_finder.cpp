@@ -295,6 +295,7 @@ struct SurfaceFinder<T>::Implementation
         });
     }
     void find_crossings(const Search& search);
+
     FinderOptions options;
     PairFinder finder;
     PairBuffer pairs;

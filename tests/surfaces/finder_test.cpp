@@ -239,6 +239,15 @@ TEST(Surfaces, CrossingsAreThoseOfAllPairs)
                     right.insert({e, t});
             }
         SurfaceFinder<double> finder;
+        std::vector<std::uint32_t> bodies(at.size());
+        for (std::size_t k = 0; k < bodies.size(); ++k)
+            bodies[k] = static_cast<std::uint32_t>(k % 3);
+        std::set<jostle::Crossing> of_two;
+        for (const jostle::Crossing& one : right)
+            if (bodies[surface.edges()[one.edge][0]] != bodies[surface.triangles()[one.triangle][0]])
+                of_two.insert(one);
+        const auto& between = finder.crossings(surface, at, {.bodies = bodies});
+        EXPECT_EQ(std::set<jostle::Crossing>(between.begin(), between.end()), of_two);
         const auto& found = finder.crossings(surface, at);
         EXPECT_EQ(std::set<jostle::Crossing>(found.begin(), found.end()), right);
         EXPECT_EQ(found.size(), right.size());
