@@ -27,10 +27,10 @@ constexpr double down = 1 - 0x1p-51, up = 1 + 0x1p-51;
 constexpr int exact_steps = 1000;
 
 /// A triangle, or a parallelogram, whose corners go around it.
+template <int corners>
 struct Polygon
 {
-    Vec3 corner[4];
-    int corners;
+    Vec3 corner[corners];
 
     [[nodiscard]] Vec3 side(int k) const { return corner[k + 1 == corners ? 0 : k + 1] - corner[k]; }
     /// The sides that begin at the first corner, which span it.
@@ -39,27 +39,35 @@ struct Polygon
 };
 
 /// What a pair is as a polygon. For edges p q and r s the corners are r - p, r - q, s - q, s - p.
-Polygon polygon_of(Kind kind, const Four& at)
+template <int corners>
+Polygon<corners> polygon_of(const Four& at)
 {
-    if (kind == Kind::vertex_triangle) return {{at[1] - at[0], at[2] - at[0], at[3] - at[0], {}}, 3};
-    return {{at[2] - at[0], at[2] - at[1], at[3] - at[1], at[3] - at[0]}, 4};
+    if constexpr (corners == 3)
+        return {{at[1] - at[0], at[2] - at[0], at[3] - at[0]}};
+    else
+        return {{at[2] - at[0], at[2] - at[1], at[3] - at[1], at[3] - at[0]}};
 }
 
-double greatest(const Polygon& polygon)
+template <int corners>
+double greatest(const Polygon<corners>& polygon)
 {
     double most = 0;
-    for (int k = 0; k < polygon.corners; ++k)
+    for (int k = 0; k < corners; ++k)
         for (int d = 0; d < 3; ++d)
             most = std::max(most, std::abs(polygon.corner[k][d]));
     return most;
 }
 
 /// Times 2^power: exact.
-Polygon scaled(Polygon polygon, int power)
+double scaled(double number, int power)
 {
-    if (power == 0) return polygon;
+    return power == 0 ? number : std::ldexp(number, power); // most of the time it is 0
+}
+template <int corners>
+Polygon<corners> scaled(Polygon<corners> polygon, int power)
+{
     for (Vec3& corner : polygon.corner)
-        corner = {std::ldexp(corner.x, power), std::ldexp(corner.y, power), std::ldexp(corner.z, power)};
+        corner = {scaled(corner.x, power), scaled(corner.y, power), scaled(corner.z, power)};
     return polygon;
 }
 /// The power that makes numbers up to `greatest` so large that their fourth powers don't vanish; up to 1e60
@@ -79,7 +87,8 @@ struct Nearest
     double across = 0, along = 0; ///< inside: how much of the sides that span the polygon
 };
 
-Nearest nearest_inside(const Polygon& polygon)
+template <int corners>
+Nearest nearest_inside(const Polygon<corners>& polygon)
 {
     const Vec3 u = polygon.across(), v = polygon.along(), normal = cross(u, v), c = polygon.corner[0];
     const double size = length2(normal);
@@ -87,17 +96,18 @@ Nearest nearest_inside(const Polygon& polygon)
     found.across = -dot(cross(c, v), normal) / size;
     found.along = -dot(cross(u, c), normal) / size;
     const double rest =
-        polygon.corners == 3 ? 1 - found.across - found.along : 1 - std::max(found.across, found.along);
+        corners == 3 ? 1 - found.across - found.along : 1 - std::max(found.across, found.along);
     if (!(size > 0 && found.across > 0 && found.along > 0 && rest > 0)) return found;
     found.point = c + u * found.across + v * found.along;
     found.distance2 = length2(found.point);
     return found;
 }
 
-Nearest nearest_of(const Polygon& polygon)
+template <int corners>
+Nearest nearest_of(const Polygon<corners>& polygon)
 {
     Nearest best = nearest_inside(polygon);
-    for (int k = 0; k < polygon.corners; ++k) {
+    for (int k = 0; k < corners; ++k) {
         const Vec3 side = polygon.side(k);
         const double size = length2(side), toward = -dot(polygon.corner[k], side);
         const double part = size > 0 ? std::clamp(toward / size, 0.0, 1.0) : 0.0;
@@ -128,14 +138,16 @@ Vec3 unit(const Vec3& v)
     return bigger * (1 / length(bigger));
 }
 /// Along the polygon's normal, towards the polygon.
-Vec3 toward_face(const Polygon& polygon)
+template <int corners>
+Vec3 toward_face(const Polygon<corners>& polygon)
 {
     const Vec3 normal = unit(cross(polygon.across(), polygon.along()));
     return dot(normal, polygon.corner[0]) < 0 ? -normal : normal;
 }
 /// From the origin to the nearest point. Near the polygon the difference has lost most of its digits; what
 /// counts is that it is at right angles to the side.
-Vec3 toward(const Polygon& polygon, const Nearest& nearest)
+template <int corners>
+Vec3 toward(const Polygon<corners>& polygon, const Nearest& nearest)
 {
     if (nearest.side < 0) return toward_face(polygon);
     const bool at_corner = nearest.part == 0 || nearest.part == 1;
@@ -143,14 +155,15 @@ Vec3 toward(const Polygon& polygon, const Nearest& nearest)
 }
 
 /// A polygon whose corners move straight from one place to another.
+template <int corners>
 struct MovingPolygon
 {
-    Polygon from, to;
+    Polygon<corners> from, to;
 
-    [[nodiscard]] Polygon at(double time) const
+    [[nodiscard]] Polygon<corners> at(double time) const
     {
-        Polygon polygon = from;
-        for (int k = 0; k < from.corners; ++k)
+        Polygon<corners> polygon = from;
+        for (int k = 0; k < corners; ++k)
             polygon.corner[k] = from.corner[k] * (1 - time) + to.corner[k] * time;
         return polygon;
     }
@@ -160,7 +173,7 @@ struct MovingPolygon
     [[nodiscard]] double clear_until(const Vec3& direction, double time, double apart) const
     {
         double until = 2;
-        for (int k = 0; k < from.corners; ++k) {
+        for (int k = 0; k < corners; ++k) {
             const double first = dot(direction, from.corner[k]), last = dot(direction, to.corner[k]);
             if (first > apart && last > apart) continue;
             if (first <= apart && last <= apart) return time;
@@ -175,10 +188,12 @@ struct MovingPolygon
 };
 
 /// The latest of clear_until() for all directions that could be the right one.
-double clear_by_any(const MovingPolygon& moving, const Polygon& polygon, double time, double apart)
+template <int corners>
+double clear_by_any(const MovingPolygon<corners>& moving, const Polygon<corners>& polygon, double time,
+                    double apart)
 {
     double until = moving.clear_until(toward_face(polygon), time, apart);
-    for (int k = 0; k < polygon.corners; ++k) {
+    for (int k = 0; k < corners; ++k) {
         const Vec3 side = polygon.side(k);
         for (const Vec3& direction : {without(polygon.corner[k], side), polygon.corner[k]})
             until = std::max(until, moving.clear_until(unit(direction), time, apart));
@@ -187,30 +202,38 @@ double clear_by_any(const MovingPolygon& moving, const Polygon& polygon, double 
 }
 
 /// The greater of the longest side and of how far a corner moves.
-double extent_of(const MovingPolygon& moving)
+template <int corners>
+double extent_of(const MovingPolygon<corners>& moving)
 {
     double most = 0;
-    for (int k = 0; k < moving.from.corners; ++k)
+    for (int k = 0; k < corners; ++k)
         most = std::max(
             {most, length(moving.from.side(k)), length(moving.to.corner[k] - moving.from.corner[k])});
     return most;
 }
 
-} // namespace
-
-PartDistance distance_of(Kind kind, const Four& positions) noexcept
+template <int corners>
+double distance_between(const Four& positions)
 {
-    const Polygon as_given = polygon_of(kind, positions);
+    const Polygon<corners> polygon = polygon_of<corners>(positions);
+    const int power = power_for(greatest(polygon));
+    return scaled(std::sqrt(nearest_of(scaled(polygon, power)).distance2), -power);
+}
+
+template <int corners>
+PartDistance distance_of(const Four& positions)
+{
+    const Polygon<corners> as_given = polygon_of<corners>(positions);
     const int power = power_for(greatest(as_given));
-    const Polygon polygon = scaled(as_given, power);
+    const Polygon<corners> polygon = scaled(as_given, power);
     const Nearest nearest = nearest_of(polygon);
     PartDistance result{};
-    result.distance = std::ldexp(std::sqrt(nearest.distance2), -power);
+    result.distance = scaled(std::sqrt(nearest.distance2), -power);
     const Vec3 direction = nearest.distance2 > 0 ? toward(polygon, nearest) : toward_face(polygon);
     result.normal = {direction.x, direction.y, direction.z};
     double* const weight = result.weights.data();
-    const int next = nearest.side + 1 == polygon.corners ? 0 : nearest.side + 1;
-    if (kind == Kind::vertex_triangle) {
+    const int next = nearest.side + 1 == corners ? 0 : nearest.side + 1;
+    if constexpr (corners == 3) {
         weight[0] = 1;
         if (nearest.side < 0) {
             weight[1] = 1 - nearest.across - nearest.along;
@@ -236,19 +259,19 @@ PartDistance distance_of(Kind kind, const Four& positions) noexcept
     return result;
 }
 
-std::optional<double> impact_of(Kind kind, const Four& from, const Four& to, double distance,
-                                double tolerance) noexcept
+template <int corners>
+std::optional<double> impact_of(const Four& from, const Four& to, double distance, double tolerance)
 {
-    MovingPolygon moving{polygon_of(kind, from), polygon_of(kind, to)};
+    MovingPolygon<corners> moving{polygon_of<corners>(from), polygon_of<corners>(to)};
     const double size = std::max(greatest(moving.from), greatest(moving.to));
     const int power = power_for(size);
     moving = {scaled(moving.from, power), scaled(moving.to, power)};
-    const double wanted = std::ldexp(distance, power);
-    const double apart = wanted * (1 + 0x1p-50) + std::ldexp(size, power) * rounding;
+    const double wanted = scaled(distance, power);
+    const double apart = wanted * (1 + 0x1p-50) + scaled(size, power) * rounding;
 
     double time = 0;
     for (int step = 0;; ++step) {
-        const Polygon polygon = moving.at(time);
+        const Polygon<corners> polygon = moving.at(time);
         const Nearest nearest = nearest_of(polygon);
         double until = time;
         if (nearest.distance2 > 0) {
@@ -264,6 +287,23 @@ std::optional<double> impact_of(Kind kind, const Four& from, const Four& to, dou
             return time;
         time = until;
     }
+}
+
+} // namespace
+
+double distance_between(Kind kind, const Four& positions) noexcept
+{
+    return kind == Kind::vertex_triangle ? distance_between<3>(positions) : distance_between<4>(positions);
+}
+PartDistance distance_of(Kind kind, const Four& positions) noexcept
+{
+    return kind == Kind::vertex_triangle ? distance_of<3>(positions) : distance_of<4>(positions);
+}
+std::optional<double> impact_of(Kind kind, const Four& from, const Four& to, double distance,
+                                double tolerance) noexcept
+{
+    return kind == Kind::vertex_triangle ? impact_of<3>(from, to, distance, tolerance)
+                                         : impact_of<4>(from, to, distance, tolerance);
 }
 
 namespace {

@@ -12,6 +12,7 @@
 #include "jostle/process.hpp"
 #include "jostle/surface.hpp"
 #include "pairs/pair_finder_access.hpp"
+#include "surfaces/kernels/kernels.hpp"
 #include "surfaces/parts.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -57,6 +58,18 @@ Four places(const Vertices& vertices, std::span<const Vec<3, T>> positions)
 {
     return {as_double(positions[vertices[0]]), as_double(positions[vertices[1]]),
             as_double(positions[vertices[2]]), as_double(positions[vertices[3]])};
+}
+
+/// A column of a batch.
+template <class T>
+void put_legs(const Vertices& vertices, std::span<const Vec<3, T>> positions,
+              float (&columns)[9][surfaces::PartBatch::size], std::uint32_t column)
+{
+    const Vec<3, T>& first = positions[vertices[0]];
+    for (std::size_t k = 0; k < 3; ++k)
+        for (std::size_t d = 0; d < 3; ++d)
+            columns[3 * k + d][column] =
+                static_cast<float>(double{positions[vertices[k + 1]][d]} - double{first[d]});
 }
 
 /// The box around some vertices and, with `to`, around where they move to; grown on all sides, outwards where
@@ -115,6 +128,7 @@ struct SurfaceFinder<T>::Implementation
     explicit Implementation(const FinderOptions& given)
         : options(given),
           finder(given),
+          kernels(surfaces::kernels_for(given.instruction_set)),
           pairs(given.memory),
           boxes_a(given.memory),
           boxes_b(given.memory),
@@ -147,16 +161,17 @@ struct SurfaceFinder<T>::Implementation
             const std::size_t n = of_first(kind);
             return double{distance} + double{thickness(all.first(n))} + double{thickness(all.subspan(n))};
         }
-        /// Whether no option leaves the pair out.
-        [[nodiscard]] bool wanted(Kind kind, const Vertices& vertices) const
+        /// Whether vertices and bodies leave the pair in.
+        [[nodiscard]] bool may_meet(Kind kind, const Vertices& vertices) const
         {
-            if (share_a_vertex(kind, vertices)) return false;
-            if (!options.bodies.empty() &&
-                options.bodies[vertices[0]] == options.bodies[vertices[of_first(kind)]])
-                return false;
-            return options.rest.empty() ||
-                   surfaces::distance_of(kind, places(vertices, options.rest)).distance >
-                       reach(kind, vertices);
+            return !share_a_vertex(kind, vertices) &&
+                   (options.bodies.empty() ||
+                    options.bodies[vertices[0]] != options.bodies[vertices[of_first(kind)]]);
+        }
+        [[nodiscard]] bool is_near_at_rest(Kind kind, const Vertices& vertices) const
+        {
+            return !options.rest.empty() &&
+                   surfaces::distance_between(kind, places(vertices, options.rest)) <= reach(kind, vertices);
         }
         [[nodiscard]] bool accepted(Kind kind, const Pair& pair) const
         {
@@ -214,21 +229,41 @@ struct SurfaceFinder<T>::Implementation
         return part;
     }
 
-    /// Into `pairs`: those whose boxes touch and that `keep(pair, vertices)` keeps.
-    template <class Keep>
-    void find(const Search& search, Kind kind, const Keep& keep)
+    /// Into `pairs`: those whose boxes touch, that options leave in, and that are near all the same: `decide`
+    /// says so of those where the kernel can't, and of all whose beginning doesn't decide.
+    template <class Decide>
+    void find(const Search& search, Kind kind, const Decide& decide)
     {
         const Surface& surface = search.surface;
+        const bool moves = !search.to.empty();
+        const auto tell = kind == Kind::vertex_triangle
+                              ? (moves ? kernels.moving_vertex_triangle : kernels.vertex_triangle)
+                              : (moves ? kernels.moving_edge_edge : kernels.edge_edge);
         const auto select = [&](Pair* first, Pair* last) {
+            surfaces::PartBatch batch{};
+            std::array<Pair, surfaces::PartBatch::size> pair;
+            std::array<Vertices, surfaces::PartBatch::size> vertices;
             Pair* kept = first;
-            for (; first != last; ++first) {
-                Pair pair = *first;
-                if (kind == Kind::vertex_triangle) pair.a = surface.points()[pair.a];
-                const Vertices vertices = vertices_of(kind, surface, pair);
-                *kept = pair;
-                kept += search.wanted(kind, vertices) && keep(pair, vertices) && search.accepted(kind, pair)
-                            ? 1
-                            : 0;
+            while (first != last) {
+                std::uint32_t count = 0;
+                for (; first != last && count < surfaces::PartBatch::size; ++first) {
+                    pair[count] = *first;
+                    if (kind == Kind::vertex_triangle) pair[count].a = surface.points()[first->a];
+                    vertices[count] = vertices_of(kind, surface, pair[count]);
+                    if (!search.may_meet(kind, vertices[count])) continue;
+                    put_legs(vertices[count], search.positions, batch.from, count);
+                    if (moves) put_legs(vertices[count], search.to, batch.to, count);
+                    batch.reach[count] = static_cast<float>(search.reach(kind, vertices[count]));
+                    ++count;
+                }
+                const surfaces::PartVerdict verdict = tell(batch, count);
+                for (std::uint32_t k = 0; k < count; ++k) {
+                    if ((verdict.apart >> k & 1) != 0) continue;
+                    const bool is_near = (verdict.near >> k & 1) != 0 || decide(vertices[k]);
+                    if (is_near && !search.is_near_at_rest(kind, vertices[k]) &&
+                        search.accepted(kind, pair[k]))
+                        *kept++ = pair[k];
+                }
             }
             return kept;
         };
@@ -263,8 +298,8 @@ struct SurfaceFinder<T>::Implementation
 
     void find_near(const Search& search, Kind kind, BlockBuffer<NearParts<T>>& into)
     {
-        find(search, kind, [&](const Pair&, const Vertices& vertices) {
-            return surfaces::distance_of(kind, places(vertices, search.positions)).distance <=
+        find(search, kind, [&](const Vertices& vertices) {
+            return surfaces::distance_between(kind, places(vertices, search.positions)) <=
                    search.reach(kind, vertices);
         });
         make_all(into, [&](const Pair& pair) {
@@ -284,8 +319,7 @@ struct SurfaceFinder<T>::Implementation
             return surfaces::impact_of(kind, places(vertices, search.positions), places(vertices, search.to),
                                        search.reach(kind, vertices), search.options.tolerance);
         };
-        find(search, kind,
-             [&](const Pair&, const Vertices& vertices) { return impact(vertices).has_value(); });
+        find(search, kind, [&](const Vertices& vertices) { return impact(vertices).has_value(); });
         make_all(into, [&](const Pair& pair) {
             const Vertices vertices = vertices_of(kind, search.surface, pair);
             const double time = *impact(vertices);
@@ -298,6 +332,7 @@ struct SurfaceFinder<T>::Implementation
 
     FinderOptions options;
     PairFinder finder;
+    const surfaces::PartKernels& kernels;
     PairBuffer pairs;
     std::pmr::vector<Aabb<3, T>> boxes_a, boxes_b;
     NearSurface<T> near;

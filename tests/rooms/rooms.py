@@ -29,7 +29,7 @@ ALLOWED = {
     "index": ["base", "simd", "jostle"],
     "world": ["pairs", "index", "base", "jostle"],
     "narrow": ["base", "simd", "jostle"],
-    "surfaces": ["narrow", "pairs", "base", "jostle"],
+    "surfaces": ["narrow", "pairs", "simd", "base", "jostle"],
     "chapter": ["base", "jostle"],
     "c_api": ["base", "jostle"],
     "system": [],
