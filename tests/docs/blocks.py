@@ -36,10 +36,10 @@ others = {"bullet": (pathlib.Path("/usr/include/bullet"), ["-isystem", "/usr/inc
           "mpi": (pathlib.Path("/usr/include/x86_64-linux-gnu/mpi/mpi.h"),
                   [f"-I{source / 'extras' / 'mpi' / 'include'}", "-isystem", "/usr/include/x86_64-linux-gnu/mpi"],
                   "int count, char** arguments, int provided, std::uint64_t id")}
-known = {"cpp", "console", "python", "bash", "js", "c", "cmake", "text", "json"}
+known = {"cpp", "console", "python", "bash", "js", "c", "cmake", "text", "json", "csharp"}
 run_elsewhere = {"c": {"docs/guide/c.md"}, ">>>": {"docs/guide/python.md", "docs/start/python.md", "docs/start/rectangles.md",
                                                            "docs/start/detections.md"},
-                 "js": {"docs/guide/javascript.md", "docs/start/browser.md"}}
+                 "js": {"docs/guide/javascript.md", "docs/start/browser.md"}, "csharp": {"docs/guide/csharp.md"}}
 python = "/usr/bin/python3"
 has_numpy = subprocess.run([python, "-c", "import numpy"], stderr=subprocess.DEVNULL, check=False).returncode == 0
 problems, counts = [], {}

@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: MIT
+using System;
+using System.Collections.Generic;
+
+namespace Jostle.Tests
+{
+    static class Worlds
+    {
+        struct Two : IEquatable<Two>
+        {
+            public ulong A, B;
+            public Two(ObjectId a, ObjectId b) { A = Math.Min(a.Value, b.Value); B = Math.Max(a.Value, b.Value); }
+            public bool Equals(Two other) { return A == other.A && B == other.B; }
+            public override int GetHashCode() { return (A * 31 + B).GetHashCode(); }
+            public override string ToString() { return (uint)A + " and " + (uint)B; }
+        }
+
+        static HashSet<Two> Touching(Dictionary<ObjectId, Box3> boxes)
+        {
+            HashSet<Two> pairs = new HashSet<Two>();
+            foreach (KeyValuePair<ObjectId, Box3> a in boxes)
+                foreach (KeyValuePair<ObjectId, Box3> b in boxes)
+                    if (a.Key.Index < b.Key.Index && Some.Touch(a.Value, b.Value)) pairs.Add(new Two(a.Key, b.Key));
+            return pairs;
+        }
+
+        public static void TellWhatBeginsAndEnds()
+        {
+            for (int seed = 0; seed < 8; ++seed)
+                using (World world = new World())
+                {
+                    Random random = new Random(seed);
+                    bool hostile = seed % 2 == 1;
+                    Dictionary<ObjectId, Box3> boxes = new Dictionary<ObjectId, Box3>();
+                    HashSet<Two> before = new HashSet<Two>();
+                    for (int frame = 0; frame < 60; ++frame)
+                    {
+                        HashSet<ObjectId> moved = new HashSet<ObjectId>(), removed = new HashSet<ObjectId>();
+                        ObjectId[] known = new ObjectId[boxes.Count];
+                        boxes.Keys.CopyTo(known, 0);
+                        foreach (ObjectId id in known)
+                            if (random.Next(4) == 0)
+                            {
+                                boxes[id] = Some.Box(random, hostile);
+                                moved.Add(id);
+                                world.Move(id, boxes[id]);
+                            }
+                            else if (random.Next(20) == 0)
+                            {
+                                boxes.Remove(id);
+                                removed.Add(id);
+                                world.Remove(id);
+                            }
+                        Box3[] more = new Box3[random.Next(12)];
+                        ObjectId[] ids = new ObjectId[more.Length];
+                        for (int i = 0; i < more.Length; ++i) more[i] = Some.Box(random, hostile);
+                        world.Add(more, ids);
+                        for (int i = 0; i < more.Length; ++i) boxes.Add(ids[i], more[i]);
+                        world.Update();
+
+                        HashSet<Two> now = Touching(boxes), began = new HashSet<Two>(now), ended = new HashSet<Two>(before), stays = new HashSet<Two>(now);
+                        began.ExceptWith(before);
+                        ended.ExceptWith(now);
+                        stays.IntersectWith(before);
+                        HashSet<Two> found = new HashSet<Two>();
+                        foreach (ObjectPair pair in world.Began)
+                        {
+                            Expect.True(pair.A.Index < pair.B.Index, "not in order");
+                            found.Add(new Two(pair.A, pair.B));
+                        }
+                        Expect.SameSets(began, found, "what began");
+                        found.Clear();
+                        foreach (EndedPair pair in world.Ended)
+                        {
+                            found.Add(new Two(pair.A, pair.B));
+                            Expect.Same(removed.Contains(pair.A) || removed.Contains(pair.B) ? EndReason.Removed : EndReason.MovedApart, pair.Reason, "the reason");
+                        }
+                        Expect.SameSets(ended, found, "what ended");
+                        found.Clear();
+                        foreach (Pair pair in world.Persisted)
+                        {
+                            ObjectId a = world.Id(pair.A), b = world.Id(pair.B);
+                            Two two = new Two(a, b);
+                            Expect.True(stays.Contains(two), two + " doesn't persist");
+                            found.Add(two);
+                        }
+                        foreach (Two two in stays)
+                            if (moved.Contains(new ObjectId { Value = two.A }) || moved.Contains(new ObjectId { Value = two.B }))
+                                Expect.True(hostile || found.Contains(two), two + " isn't among what persists"); // the same odd box again is no change
+                        Expect.Same(world.Began.Count + world.Persisted.Count, world.ChangedPairs.Count, "changed pairs");
+                        Expect.Same((long)boxes.Count, world.Count, "the number of objects");
+                        foreach (ObjectId id in removed) Expect.True(!world.Contains(id), "still there");
+                        before = now;
+                    }
+                }
+        }
+
+        public static void UpdateWithMoves()
+        {
+            using (World one = new World(), other = new World())
+            {
+                Box3[] boxes = Some.Boxes(1, 400, false);
+                ObjectId[] ids = new ObjectId[400], others = new ObjectId[400];
+                one.Add(boxes, ids);
+                other.Add(boxes, others);
+                one.Update();
+                other.Update();
+                Random random = new Random(2);
+                for (int frame = 0; frame < 10; ++frame)
+                {
+                    for (int i = 0; i < 400; ++i)
+                    {
+                        float by = (float)random.NextDouble();
+                        boxes[i].Min.X += by;
+                        boxes[i].Max.X += by;
+                    }
+                    one.Update(ids, boxes);
+                    other.Move(others, boxes);
+                    other.Update();
+                    Expect.Same(other.Began.Count, one.Began.Count, "what began");
+                    Expect.Same(other.Ended.Count, one.Ended.Count, "what ended");
+                    Box3[] asked = new Box3[400];
+                    one.GetBoxes(ids, new Span<Box3>(asked));
+                    for (int i = 0; i < 400; ++i) Expect.Same(boxes[i].Min.X, asked[i].Min.X, "a box");
+                }
+            }
+        }
+
+        public static void FiltersMarginsAndData()
+        {
+            using (World world = new World(Space.Float2))
+            {
+                Box2 box = new Box2(new Vec2(0, 0), new Vec2(1, 1));
+                ObjectId wall = world.Add(box, ObjectFilter.Static), floor = world.Add(box, ObjectFilter.Static), ball = world.Add(box);
+                world.Update();
+                Expect.Same(2L, world.Began.Count, "pairs of two static ones and another");
+                ObjectFilter nobody = ObjectFilter.All;
+                nobody.Mask = 0;
+                world.SetFilter(ball, nobody);
+                world.Update();
+                foreach (EndedPair pair in world.Ended) Expect.Same(EndReason.Filtered, pair.Reason, "the reason");
+                Expect.Same(2L, world.Ended.Count, "what ended");
+                world.SetFilter(ball, ObjectFilter.All);
+                world.SetEnabled(wall, false);
+                world.Update();
+                Expect.Same(1L, world.Began.Count, "with one that is disabled");
+                world.Move(ball, new Box2(new Vec2(2, 0), new Vec2(3, 1)));
+                world.Update();
+                Expect.Same(1L, world.Ended.Count, "moved apart");
+                world.SetMargin(ball, 1);
+                world.Update();
+                Expect.Same(1L, world.Began.Count, "with a margin");
+                world.SetUserData(floor, 77);
+                Expect.Same(77UL, world.UserData(floor), "user data");
+                Expect.Same(0UL, world.UserData(ball), "user data of another");
+            }
+        }
+
+        public static void SaveAndRestore()
+        {
+            using (World world = new World(), other = new World())
+            {
+                ObjectId[] ids = new ObjectId[50];
+                world.Add(Some.Boxes(3, 50, true), ids);
+                world.Update();
+                byte[] saved = world.Save();
+                other.Restore(saved);
+                Expect.Same(50L, other.Count, "objects");
+                Expect.True(other.Contains(ids[7]), "an object");
+                Expect.Throws<JostleException>(() => other.Restore(new byte[3]), "snapshot");
+                Expect.Same(50L, other.Count, "objects after a refusal");
+            }
+        }
+
+        public static void AskAboutPairsThatBegin()
+        {
+            int asked = 0;
+            bool fail = false;
+            using (World world = new World(Space.Float3, 0, (a, b) =>
+            {
+                ++asked;
+                if (fail) throw new FormatException("not now");
+                return a.Index != 0;
+            }))
+            {
+                Box3 box = new Box3(new Vec3(0, 0, 0), new Vec3(1, 1, 1));
+                for (int i = 0; i < 3; ++i) world.Add(box);
+                fail = true;
+                Expect.Throws<FormatException>(() => world.Update(), "not now");
+                Expect.Same(0L, world.Began.Count, "pairs of an update that failed");
+                fail = false;
+                asked = 0;
+                world.Update();
+                Expect.Same(3, asked, "how often it was asked");
+                Expect.Same(1L, world.Began.Count, "accepted pairs");
+            }
+        }
+
+        /// A world whose accept refers to it is collected all the same.
+        public static void AreCollected()
+        {
+            WeakReference[] seen = new WeakReference[50];
+            System.Threading.Thread making = new System.Threading.Thread(() =>
+            {
+                for (int i = 0; i < 50; ++i)
+                {
+                    World world = null;
+                    World[] itself = new World[1];
+                    world = new World(Space.Float3, 0, (a, b) => itself[0].Contains(a));
+                    itself[0] = world;
+                    world.Add(new Box3());
+                    world.Add(new Box3());
+                    world.Update();
+                    Expect.Same(1L, world.Began.Count, "pairs");
+                    seen[i] = new WeakReference(world);
+                }
+            });
+            making.Start();
+            making.Join();
+            int alive = 0;
+            for (int tries = 0; tries < 10; ++tries)
+            {
+                GC.Collect();
+                GC.WaitForPendingFinalizers();
+            }
+            foreach (WeakReference one in seen) alive += one.IsAlive ? 1 : 0;
+            Expect.True(alive < 10, alive + " of 50 worlds are never collected"); // some may be seen on a stack
+        }
+    }
+}
