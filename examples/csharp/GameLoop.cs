@@ -16,8 +16,10 @@ static class GameLoop
     {
         using (World world = new World())
         {
-            ObjectId floor = world.Add(new Box3(new Vec3(-50, -1, -50), new Vec3(50, 0, 50)), ObjectFilter.Static);
-            ObjectId door = world.Add(new Box3(new Vec3(8, 0, -1), new Vec3(10, 3, 1)), ObjectFilter.Static); // pairs are all it needs
+            ObjectId floor = world.Add(new Box3(new Vec3(-50, -1, -50), new Vec3(50, 0, 50)),
+                ObjectFilter.Static);
+            // pairs are all it needs
+            ObjectId door = world.Add(new Box3(new Vec3(8, 0, -1), new Vec3(10, 3, 1)), ObjectFilter.Static);
             Crate[] crates = new Crate[5];
             for (int k = 0; k < crates.Length; ++k)
             {
@@ -53,11 +55,14 @@ static class GameLoop
                 foreach (EndedPair pair in world.Ended)
                     if (pair.A == door && pair.Reason == EndReason.MovedApart) ++left;
             }
-            Console.WriteLine(landed + " landed, " + entered + " went through the door, " + left + " came out");
+            Console.WriteLine(landed + " landed, " + entered + " went through the door, " + left +
+                " came out");
 
             Hit hit; // who stands in the way of a ray from the left?
-            if (world.First(new Ray3(new Vec3(-20, 0.5f, 0), new Vec3(1, 0, 0)), out hit, new QueryFilter { Exclude = floor }))
-                Console.WriteLine("a ray meets " + (hit.Object == door ? "the door" : "crate " + world.UserData(hit.Object)));
+            if (world.First(new Ray3(new Vec3(-20, 0.5f, 0), new Vec3(1, 0, 0)), out hit,
+                new QueryFilter { Exclude = floor }))
+                Console.WriteLine("a ray meets " + (hit.Object == door ? "the door" : "crate " +
+                    world.UserData(hit.Object)));
             return landed == 5 && entered == 5 && left >= 4 ? 0 : 1;
         }
     }

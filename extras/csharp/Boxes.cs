@@ -12,10 +12,16 @@ namespace Jostle
         public float X, Y;
         public Vec2(float x, float y) { X = x; Y = y; }
         public static implicit operator Vec2(System.Numerics.Vector2 v) { return new Vec2(v.X, v.Y); }
-        public static implicit operator System.Numerics.Vector2(Vec2 v) { return new System.Numerics.Vector2(v.X, v.Y); }
+        public static implicit operator System.Numerics.Vector2(Vec2 v)
+        {
+            return new System.Numerics.Vector2(v.X, v.Y);
+        }
 #if UNITY_5_3_OR_NEWER
         public static implicit operator Vec2(UnityEngine.Vector2 v) { return new Vec2(v.x, v.y); }
-        public static implicit operator UnityEngine.Vector2(Vec2 v) { return new UnityEngine.Vector2(v.X, v.Y); }
+        public static implicit operator UnityEngine.Vector2(Vec2 v)
+        {
+            return new UnityEngine.Vector2(v.X, v.Y);
+        }
 #elif GODOT
         public static implicit operator Vec2(Godot.Vector2 v) { return new Vec2((float)v.X, (float)v.Y); }
         public static implicit operator Godot.Vector2(Vec2 v) { return new Godot.Vector2(v.X, v.Y); }
@@ -30,12 +36,21 @@ namespace Jostle
         public float X, Y, Z;
         public Vec3(float x, float y, float z) { X = x; Y = y; Z = z; }
         public static implicit operator Vec3(System.Numerics.Vector3 v) { return new Vec3(v.X, v.Y, v.Z); }
-        public static implicit operator System.Numerics.Vector3(Vec3 v) { return new System.Numerics.Vector3(v.X, v.Y, v.Z); }
+        public static implicit operator System.Numerics.Vector3(Vec3 v)
+        {
+            return new System.Numerics.Vector3(v.X, v.Y, v.Z);
+        }
 #if UNITY_5_3_OR_NEWER
         public static implicit operator Vec3(UnityEngine.Vector3 v) { return new Vec3(v.x, v.y, v.z); }
-        public static implicit operator UnityEngine.Vector3(Vec3 v) { return new UnityEngine.Vector3(v.X, v.Y, v.Z); }
+        public static implicit operator UnityEngine.Vector3(Vec3 v)
+        {
+            return new UnityEngine.Vector3(v.X, v.Y, v.Z);
+        }
 #elif GODOT
-        public static implicit operator Vec3(Godot.Vector3 v) { return new Vec3((float)v.X, (float)v.Y, (float)v.Z); }
+        public static implicit operator Vec3(Godot.Vector3 v)
+        {
+            return new Vec3((float)v.X, (float)v.Y, (float)v.Z);
+        }
         public static implicit operator Godot.Vector3(Vec3 v) { return new Godot.Vector3(v.X, v.Y, v.Z); }
 #endif
         public override string ToString() { return "(" + X + ", " + Y + ", " + Z + ")"; }
@@ -66,20 +81,29 @@ namespace Jostle
 
     static class Numbers
     {
-        internal static int Dim(Space space) { return space == Space.Float2 || space == Space.Double2 ? 2 : 3; }
-        internal static int Size(Space space) { return space == Space.Float2 || space == Space.Float3 ? 4 : 8; }
+        internal static int Dim(Space space)
+        {
+            return space == Space.Float2 || space == Space.Double2 ? 2 : 3;
+        }
+        internal static int Size(Space space)
+        {
+            return space == Space.Float2 || space == Space.Float3 ? 4 : 8;
+        }
     }
 
     // sizeof for generic code.
     static class SizeOf<T> where T : struct
     {
-        // 0 of what has references, which AsBytes refuses wherever it is used: not here, where the exception would be wrapped.
+        // 0 of what has references, which AsBytes refuses wherever it is used: not here, where the exception
+        // would be wrapped.
         internal static readonly int Bytes =
-            RuntimeHelpers.IsReferenceOrContainsReferences<T>() ? 0 : MemoryMarshal.AsBytes(new ReadOnlySpan<T>(new T[1])).Length;
+            RuntimeHelpers.IsReferenceOrContainsReferences<T>() ? 0
+                : MemoryMarshal.AsBytes(new ReadOnlySpan<T>(new T[1])).Length;
         internal static readonly bool IsNumber = typeof(T) == typeof(float) || typeof(T) == typeof(double);
     }
 
-    /// <summary>Boxes in the caller's memory: read in place, during the call that they are given to.</summary>
+    /// <summary>Boxes in the caller's memory: read in place, during the call that they are given
+    /// to.</summary>
     public readonly ref struct Boxes
     {
         internal readonly ReadOnlySpan<byte> Min, Max;
@@ -97,29 +121,37 @@ namespace Jostle
             Count = count;
         }
 
-        /// <summary>Structs that are a box and nothing else, such as { Vector3 min, max }; or plain numbers: all of a lower corner, all of
-        /// an upper one, the next box.</summary>
+        /// <summary>Structs that are a box and nothing else, such as { Vector3 min, max }; or plain numbers:
+        /// all of a lower corner, all of an upper one, the next box.</summary>
         public static Boxes Of<T>(ReadOnlySpan<T> items, Space space = Space.Float3) where T : struct
         {
             ReadOnlySpan<byte> bytes = MemoryMarshal.AsBytes(items);
             int corner = Numbers.Dim(space) * Numbers.Size(space), size = SizeOf<T>.Bytes;
             if (SizeOf<T>.IsNumber ? size != Numbers.Size(space) : size != 2 * corner)
-                throw new JostleException(Status.SizeMismatch, "a box of " + space + " has " + 2 * corner + " bytes, and " + typeof(T) + " has " + size +
-                                          "; if the box is a part of it, say where: Boxes.Of(items, min, max)");
+                throw new JostleException(Status.SizeMismatch,
+                    "a box of " + space + " has " + 2 * corner + " bytes, and " + typeof(T) + " has " + size +
+                    "; if the box is a part of it, say where: Boxes.Of(items, min, max)");
             if (bytes.Length % (2 * corner) != 0)
-                throw new JostleException(Status.SizeMismatch, items.Length + " numbers are no whole boxes of " + space);
-            return new Boxes(bytes, bytes.Slice(Math.Min(corner, bytes.Length)), space, 2 * corner, bytes.Length / (2 * corner));
+                throw new JostleException(Status.SizeMismatch,
+                    items.Length + " numbers are no whole boxes of " + space);
+            return new Boxes(bytes, bytes.Slice(Math.Min(corner, bytes.Length)), space, 2 * corner,
+                bytes.Length / (2 * corner));
         }
-        public static Boxes Of<T>(T[] items, Space space = Space.Float3) where T : struct { return Of(new ReadOnlySpan<T>(items), space); }
+        public static Boxes Of<T>(T[] items, Space space = Space.Float3) where T : struct
+        {
+            return Of(new ReadOnlySpan<T>(items), space);
+        }
 
         /// <summary>Structs with a box inside: its corners lie that many bytes from the beginning.</summary>
-        public static Boxes Of<T>(ReadOnlySpan<T> items, int min, int max, Space space = Space.Float3) where T : struct
+        public static Boxes Of<T>(ReadOnlySpan<T> items, int min, int max, Space space = Space.Float3)
+            where T : struct
         {
             ReadOnlySpan<byte> bytes = MemoryMarshal.AsBytes(items);
             int corner = Numbers.Dim(space) * Numbers.Size(space), size = SizeOf<T>.Bytes;
             if (min < 0 || max < 0 || min > size - corner || max > size - corner)
-                throw new JostleException(Status.InvalidArgument, "a corner of " + corner + " bytes at " + min + " or " + max + " isn't inside " +
-                                          typeof(T) + ", which has " + size);
+                throw new JostleException(Status.InvalidArgument,
+                    "a corner of " + corner + " bytes at " + min + " or " + max + " isn't inside " +
+                    typeof(T) + ", which has " + size);
             if (bytes.Length == 0) return new Boxes(bytes, bytes, space, size, 0);
             return new Boxes(bytes.Slice(min), bytes.Slice(max), space, size, items.Length);
         }
@@ -129,14 +161,17 @@ namespace Jostle
         }
 
         /// <summary>An array of lower corners, and one of upper ones.</summary>
-        public static Boxes Of<T>(ReadOnlySpan<T> min, ReadOnlySpan<T> max, Space space = Space.Float3) where T : struct
+        public static Boxes Of<T>(ReadOnlySpan<T> min, ReadOnlySpan<T> max, Space space = Space.Float3)
+            where T : struct
         {
             ReadOnlySpan<byte> lo = MemoryMarshal.AsBytes(min), hi = MemoryMarshal.AsBytes(max);
             int corner = Numbers.Dim(space) * Numbers.Size(space), size = SizeOf<T>.Bytes;
             if (size < corner)
-                throw new JostleException(Status.SizeMismatch, "a corner of " + space + " has " + corner + " bytes, and " + typeof(T) + " has " + size);
+                throw new JostleException(Status.SizeMismatch,
+                    "a corner of " + space + " has " + corner + " bytes, and " + typeof(T) + " has " + size);
             if (min.Length != max.Length)
-                throw new JostleException(Status.SizeMismatch, min.Length + " lower corners and " + max.Length + " upper ones");
+                throw new JostleException(Status.SizeMismatch,
+                    min.Length + " lower corners and " + max.Length + " upper ones");
             return new Boxes(lo, hi, space, size, min.Length);
         }
         public static Boxes Of<T>(T[] min, T[] max, Space space = Space.Float3) where T : struct
@@ -148,7 +183,10 @@ namespace Jostle
         public static implicit operator Boxes(Span<Box3> boxes) { return Of((ReadOnlySpan<Box3>)boxes); }
         public static implicit operator Boxes(ReadOnlySpan<Box3> boxes) { return Of(boxes); }
         public static implicit operator Boxes(Box2[] boxes) { return Of(boxes, Space.Float2); }
-        public static implicit operator Boxes(Span<Box2> boxes) { return Of((ReadOnlySpan<Box2>)boxes, Space.Float2); }
+        public static implicit operator Boxes(Span<Box2> boxes)
+        {
+            return Of((ReadOnlySpan<Box2>)boxes, Space.Float2);
+        }
         public static implicit operator Boxes(ReadOnlySpan<Box2> boxes) { return Of(boxes, Space.Float2); }
 
         // As C wants them, while Min and Max are pinned.
@@ -174,12 +212,13 @@ namespace Jostle
         internal void Expect(Space space, string what)
         {
             if (Space != space && Count != 0)
-                throw new JostleException(Status.InvalidArgument, "boxes of " + Space + " are given to " + what + " of " + space);
+                throw new JostleException(Status.InvalidArgument,
+                    "boxes of " + Space + " are given to " + what + " of " + space);
         }
     }
 
-    /// <summary>Some numbers for each object or query (a pose, a ray), in the caller's memory: read in place, during the call that they are
-    /// given to.</summary>
+    /// <summary>Some numbers for each object or query (a pose, a ray), in the caller's memory: read in place,
+    /// during the call that they are given to.</summary>
     public readonly ref struct Values
     {
         internal readonly ReadOnlySpan<byte> Bytes;
@@ -191,18 +230,22 @@ namespace Jostle
             this.number = number;
         }
 
-        /// <summary>Plain numbers, one object's after another's; or structs that begin with them, or have them that many bytes from the
-        /// beginning.</summary>
+        /// <summary>Plain numbers, one object's after another's; or structs that begin with them, or have
+        /// them that many bytes from the beginning.</summary>
         public static Values Of<T>(ReadOnlySpan<T> items, int offset = 0) where T : struct
         {
             ReadOnlySpan<byte> bytes = MemoryMarshal.AsBytes(items);
             int size = SizeOf<T>.Bytes;
             if (SizeOf<T>.IsNumber) return new Values(bytes, 0, size);
             if (offset < 0 || offset >= size)
-                throw new JostleException(Status.InvalidArgument, "byte " + offset + " isn't inside " + typeof(T) + ", which has " + size);
+                throw new JostleException(Status.InvalidArgument,
+                    "byte " + offset + " isn't inside " + typeof(T) + ", which has " + size);
             return new Values(bytes.Length == 0 ? bytes : bytes.Slice(offset), size, 0);
         }
-        public static Values Of<T>(T[] items, int offset = 0) where T : struct { return Of(new ReadOnlySpan<T>(items), offset); }
+        public static Values Of<T>(T[] items, int offset = 0) where T : struct
+        {
+            return Of(new ReadOnlySpan<T>(items), offset);
+        }
 
         public static implicit operator Values(float[] numbers) { return Of(numbers); }
         public static implicit operator Values(double[] numbers) { return Of(numbers); }
@@ -217,11 +260,14 @@ namespace Jostle
             Native.jostle_values values = new Native.jostle_values();
             int wanted = count * size, step = stride == 0 ? wanted : stride;
             if (stride == 0 && Bytes.Length != 0 && number != size)
-                throw new JostleException(Status.SizeMismatch, what + " are numbers of " + size + " bytes, not of " + number);
-            int last = Bytes.Length % step; // of structs that have something before their numbers the last is shorter
+                throw new JostleException(Status.SizeMismatch,
+                    what + " are numbers of " + size + " bytes, not of " + number);
+            // of structs that have something before their numbers the last is shorter
+            int last = Bytes.Length % step;
             if (step < wanted || last != 0 && (stride == 0 || last < wanted))
-                throw new JostleException(Status.SizeMismatch, what + " are " + count + " numbers each, " + wanted + " bytes; given are " +
-                                          Bytes.Length + " bytes in steps of " + step);
+                throw new JostleException(Status.SizeMismatch,
+                    what + " are " + count + " numbers each, " + wanted + " bytes; given are " +
+                    Bytes.Length + " bytes in steps of " + step);
             values.count = (ulong)((Bytes.Length + step - 1) / step);
             values.data = values.count == 0 ? null : bytes;
             values.stride = step;

@@ -10,22 +10,38 @@ namespace Jostle
     {
         public Vec2 Position;
         public float Cos, Sin;
-        public Pose2(Vec2 position, double angle = 0) { Position = position; Cos = (float)Math.Cos(angle); Sin = (float)Math.Sin(angle); }
+        public Pose2(Vec2 position, double angle = 0)
+        {
+            Position = position;
+            Cos = (float)Math.Cos(angle);
+            Sin = (float)Math.Sin(angle);
+        }
     }
 
-    /// <summary>Where an object is: a position, and a rotation as a quaternion x, y, z, w, as System.Numerics, Unity and Godot have it.</summary>
+    /// <summary>Where an object is: a position, and a rotation as a quaternion x, y, z, w, as
+    /// System.Numerics, Unity and Godot have it.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public struct Pose3
     {
         public Vec3 Position;
         public float X, Y, Z, W;
         public Pose3(Vec3 position) { Position = position; X = Y = Z = 0; W = 1; }
-        public Pose3(Vec3 position, float x, float y, float z, float w) { Position = position; X = x; Y = y; Z = z; W = w; }
+        public Pose3(Vec3 position, float x, float y, float z, float w)
+        {
+            Position = position;
+            X = x;
+            Y = y;
+            Z = z;
+            W = w;
+        }
         public Pose3(Vec3 position, System.Numerics.Quaternion q) : this(position, q.X, q.Y, q.Z, q.W) { }
 #if UNITY_5_3_OR_NEWER
         public Pose3(Vec3 position, UnityEngine.Quaternion q) : this(position, q.x, q.y, q.z, q.w) { }
 #elif GODOT
-        public Pose3(Vec3 position, Godot.Quaternion q) : this(position, (float)q.X, (float)q.Y, (float)q.Z, (float)q.W) { }
+        public Pose3(Vec3 position, Godot.Quaternion q)
+            : this(position, (float)q.X, (float)q.Y, (float)q.Z, (float)q.W)
+        {
+        }
 #endif
     }
 
@@ -93,9 +109,11 @@ namespace Jostle
     [StructLayout(LayoutKind.Sequential)]
     public struct Distance2
     {
-        /// <summary>Infinite beyond what was looked at; below 0, how far B has to move along the normal to come out of A.</summary>
+        /// <summary>Infinite beyond what was looked at; below 0, how far B has to move along the normal to
+        /// come out of A.</summary>
         public float Distance;
-        /// <summary>A unit vector from A to B; the nearest points, from the positions of A and of B.</summary>
+        /// <summary>A unit vector from A to B; the nearest points, from the positions of A and of
+        /// B.</summary>
         public Vec2 Normal, FromA, FromB;
     }
 
@@ -103,9 +121,11 @@ namespace Jostle
     [StructLayout(LayoutKind.Sequential)]
     public struct Distance3
     {
-        /// <summary>Infinite beyond what was looked at; below 0, how far B has to move along the normal to come out of A.</summary>
+        /// <summary>Infinite beyond what was looked at; below 0, how far B has to move along the normal to
+        /// come out of A.</summary>
         public float Distance;
-        /// <summary>A unit vector from A to B; the nearest points, from the positions of A and of B.</summary>
+        /// <summary>A unit vector from A to B; the nearest points, from the positions of A and of
+        /// B.</summary>
         public Vec3 Normal, FromA, FromB;
     }
 
@@ -131,7 +151,8 @@ namespace Jostle
         public uint Part, MovingPart;
     }
 
-    /// <summary>What an object looks like. It never changes, and any number of objects and lists may have it.</summary>
+    /// <summary>What an object looks like. It never changes, and any number of objects and lists may have
+    /// it.</summary>
     public sealed unsafe class Shape : IDisposable
     {
         internal readonly ShapeHandle Handle;
@@ -156,7 +177,8 @@ namespace Jostle
         {
             ShapeHandle handle;
             Native.jostle_error error;
-            return Made(Native.jostle_shape_capsule(dim, halfLength, radius, out handle, &error), handle, &error);
+            return Made(Native.jostle_shape_capsule(dim, halfLength, radius, out handle, &error), handle,
+                &error);
         }
         /// <summary>Half the edges.</summary>
         public static Shape Box(Vec3 half)
@@ -210,8 +232,12 @@ namespace Jostle
             fixed (byte* bytes = points.Bytes)
             {
                 Native.jostle_values given = Row(points, bytes, space);
-                Status status = radius == 0 ? Native.jostle_shape_hull(space, given.data, given.count, out handle, &error)
-                                            : Native.jostle_shape_rounded_hull(space, given.data, given.count, radius, out handle, &error);
+                Status status;
+                if (radius == 0)
+                    status = Native.jostle_shape_hull(space, given.data, given.count, out handle, &error);
+                else
+                    status = Native.jostle_shape_rounded_hull(space, given.data, given.count, radius,
+                        out handle, &error);
                 return Made(status, handle, &error);
             }
         }
@@ -219,20 +245,23 @@ namespace Jostle
         public static Shape Mesh(Values vertices, ReadOnlySpan<uint> triangles, Space space = Space.Float3)
         {
             int dim = Numbers.Dim(space);
-            if (triangles.Length % dim != 0) throw new JostleException(Status.SizeMismatch, triangles.Length + " numbers of vertices are no whole elements of " + dim);
+            if (triangles.Length % dim != 0) throw new JostleException(Status.SizeMismatch,
+                triangles.Length + " numbers of vertices are no whole elements of " + dim);
             ShapeHandle handle;
             Native.jostle_error error;
             fixed (byte* bytes = vertices.Bytes)
             fixed (uint* elements = triangles)
             {
                 Native.jostle_values given = Row(vertices, bytes, space);
-                return Made(Native.jostle_shape_mesh(space, given.data, given.count, elements, (ulong)(triangles.Length / dim), out handle, &error), handle, &error);
+                return Made(Native.jostle_shape_mesh(space, given.data, given.count, elements,
+                    (ulong)(triangles.Length / dim), out handle, &error), handle, &error);
             }
         }
         /// <summary>The same with int, which Unity's meshes have.</summary>
         public static Shape Mesh(Values vertices, ReadOnlySpan<int> triangles, Space space = Space.Float3)
         {
-            return Mesh(vertices, MemoryMarshal.Cast<int, uint>(triangles), space); // less than 0 is no vertex in either
+            // less than 0 is no vertex in either
+            return Mesh(vertices, MemoryMarshal.Cast<int, uint>(triangles), space);
         }
         /// <summary>Several shapes that move as one.</summary>
         public static Shape Compound(Shape[] children, Pose3[] poses)
@@ -240,7 +269,8 @@ namespace Jostle
             if (children == null) throw new ArgumentNullException(nameof(children));
             if (poses == null) throw new ArgumentNullException(nameof(poses));
             if (children.Length != poses.Length)
-                throw new JostleException(Status.SizeMismatch, children.Length + " children and " + poses.Length + " poses");
+                throw new JostleException(Status.SizeMismatch,
+                    children.Length + " children and " + poses.Length + " poses");
             IntPtr[] handles = new IntPtr[children.Length];
             bool[] held = new bool[children.Length];
             double[] numbers = new double[7 * poses.Length];
@@ -260,7 +290,8 @@ namespace Jostle
                 Native.jostle_error error;
                 fixed (IntPtr* first = handles)
                 fixed (double* row = numbers)
-                    return Made(Native.jostle_shape_compound(3, first, row, (ulong)children.Length, out handle, &error), handle, &error);
+                    return Made(Native.jostle_shape_compound(3, first, row, (ulong)children.Length,
+                        out handle, &error), handle, &error);
             }
             finally
             {
@@ -274,7 +305,8 @@ namespace Jostle
         {
             int dim = Numbers.Dim(space), size = Numbers.Size(space);
             Native.jostle_values given = points.At(bytes, dim, size, "points");
-            if (given.stride != dim * size) throw new JostleException(Status.SizeMismatch, "points of " + space + " have " + dim * size + " bytes, not " + given.stride);
+            if (given.stride != dim * size) throw new JostleException(Status.SizeMismatch,
+                "points of " + space + " have " + dim * size + " bytes, not " + given.stride);
             return given;
         }
     }
@@ -311,7 +343,8 @@ namespace Jostle
             if (shape == null) throw new ArgumentNullException(nameof(shape));
             if (count < 0) throw new ArgumentOutOfRangeException(nameof(count));
             Native.jostle_error error;
-            JostleException.Check(Native.jostle_shapes_add(handle, shape.Handle, (ulong)count, &error), &error);
+            JostleException.Check(Native.jostle_shapes_add(handle, shape.Handle, (ulong)count, &error),
+                &error);
         }
 
         /// <summary>Gives one object another shape.</summary>
@@ -320,7 +353,8 @@ namespace Jostle
             if (shape == null) throw new ArgumentNullException(nameof(shape));
             if (index < 0) throw new ArgumentOutOfRangeException(nameof(index));
             Native.jostle_error error;
-            JostleException.Check(Native.jostle_shapes_set(handle, (ulong)index, shape.Handle, &error), &error);
+            JostleException.Check(Native.jostle_shapes_set(handle, (ulong)index, shape.Handle, &error),
+                &error);
         }
 
         public void Clear()
@@ -337,7 +371,8 @@ namespace Jostle
         internal void Release() { handle.DangerousRelease(); }
     }
 
-    /// <summary>Objects with a shape and a pose each. Poses are Pose3, Pose2, or numbers or structs like them: read in place.</summary>
+    /// <summary>Objects with a shape and a pose each. Poses are Pose3, Pose2, or numbers or structs like
+    /// them: read in place.</summary>
     public readonly unsafe ref struct Objects
     {
         internal readonly Shapes Shapes;
@@ -354,15 +389,23 @@ namespace Jostle
             Native.jostle_objects objects = new Native.jostle_objects();
             if (Shapes == null) return objects;
             int dim = Numbers.Dim(space);
-            if (Shapes.Dim != dim) throw new JostleException(Status.InvalidArgument, "shapes of " + Shapes.Dim + " dimensions are given to " + space);
+            if (Shapes.Dim != dim) throw new JostleException(Status.InvalidArgument,
+                "shapes of " + Shapes.Dim + " dimensions are given to " + space);
             objects.poses = Poses.At(poses, dim == 3 ? 7 : 4, Numbers.Size(space), "poses");
             objects.shapes = Shapes.Hold(ref held);
             return objects;
         }
 
-        /// <summary>The box around each object, enlarged by a margin: what a PairFinder or a World is given.</summary>
-        public void Bounds(Span<Box3> boxes, double margin = 0) { Bounds(Space.Float3, MemoryMarshal.AsBytes(boxes), boxes.Length, margin); }
-        public void Bounds(Span<Box2> boxes, double margin = 0) { Bounds(Space.Float2, MemoryMarshal.AsBytes(boxes), boxes.Length, margin); }
+        /// <summary>The box around each object, enlarged by a margin: what a PairFinder or a World is
+        /// given.</summary>
+        public void Bounds(Span<Box3> boxes, double margin = 0)
+        {
+            Bounds(Space.Float3, MemoryMarshal.AsBytes(boxes), boxes.Length, margin);
+        }
+        public void Bounds(Span<Box2> boxes, double margin = 0)
+        {
+            Bounds(Space.Float2, MemoryMarshal.AsBytes(boxes), boxes.Length, margin);
+        }
 
         void Bounds(Space space, Span<byte> boxes, int room, double margin)
         {
@@ -374,9 +417,11 @@ namespace Jostle
                 {
                     Native.jostle_objects objects = At(poses, space, ref held);
                     if (objects.poses.count != (ulong)room)
-                        throw new JostleException(Status.SizeMismatch, objects.poses.count + " poses and room for " + room + " boxes");
+                        throw new JostleException(Status.SizeMismatch,
+                            objects.poses.count + " poses and room for " + room + " boxes");
                     Native.jostle_error error;
-                    JostleException.Check(Native.jostle_bounds(space, &objects, margin, ExecutorHandle.None, to, &error), &error);
+                    JostleException.Check(Native.jostle_bounds(space, &objects, margin, ExecutorHandle.None,
+                        to, &error), &error);
                 }
                 finally
                 {
@@ -387,7 +432,8 @@ namespace Jostle
     }
 
     /// <summary>From pairs to contacts. One call at a time.</summary>
-    public abstract unsafe class ContactFinder<TContact, TDistance> : Owner where TContact : struct where TDistance : struct
+    public abstract unsafe class ContactFinder<TContact, TDistance> : Owner where TContact : struct
+        where TDistance : struct
     {
         readonly Space space;
         readonly ContactFinderHandle handle;
@@ -402,7 +448,8 @@ namespace Jostle
             {
                 Native.jostle_options options = Executor.Options(executor, ref held);
                 Native.jostle_error error;
-                JostleException.Check(Native.jostle_contact_finder_new(space, &options, out handle, &error), &error);
+                JostleException.Check(Native.jostle_contact_finder_new(space, &options, out handle, &error),
+                    &error);
             }
             finally
             {
@@ -410,15 +457,16 @@ namespace Jostle
             }
         }
 
-        /// <summary>The contacts of pairs that touch or have a gap of up to `margin`, in the order of the pairs. Pairs are positions in
-        /// `objects`, or in `a` and `b`.</summary>
+        /// <summary>The contacts of pairs that touch or have a gap of up to `margin`, in the order of the
+        /// pairs. Pairs are positions in `objects`, or in `a` and `b`.</summary>
         public View<TContact> Find(Objects objects, View<Pair> pairs, double margin = 0)
         {
             return Find(objects, default(Objects), pairs, margin);
         }
         public View<TContact> Find(Objects objects, ReadOnlySpan<Pair> pairs, double margin = 0)
         {
-            fixed (Pair* items = pairs) return Find(objects, default(Objects), Given(items, pairs.Length), margin);
+            fixed (Pair* items = pairs) return Find(objects, default(Objects), Given(items, pairs.Length),
+                margin);
         }
         public View<TContact> Find(Objects a, Objects b, View<Pair> pairs, double margin = 0)
         {
@@ -432,7 +480,10 @@ namespace Jostle
         }
 
         /// <summary>Whether the shapes of each pair touch: touching[i].</summary>
-        public void Touching(Objects objects, ReadOnlySpan<Pair> pairs, Span<bool> touching) { Touching(objects, default(Objects), pairs, touching); }
+        public void Touching(Objects objects, ReadOnlySpan<Pair> pairs, Span<bool> touching)
+        {
+            Touching(objects, default(Objects), pairs, touching);
+        }
         public void Touching(Objects a, Objects b, ReadOnlySpan<Pair> pairs, Span<bool> touching)
         {
             Expect(pairs.Length, touching.Length);
@@ -442,11 +493,13 @@ namespace Jostle
         }
 
         /// <summary>How far apart the shapes of each pair are, up to `most`: distances[i].</summary>
-        public void Distances(Objects objects, ReadOnlySpan<Pair> pairs, Span<TDistance> distances, double most = double.PositiveInfinity)
+        public void Distances(Objects objects, ReadOnlySpan<Pair> pairs, Span<TDistance> distances,
+            double most = double.PositiveInfinity)
         {
             Distances(objects, default(Objects), pairs, distances, most);
         }
-        public void Distances(Objects a, Objects b, ReadOnlySpan<Pair> pairs, Span<TDistance> distances, double most = double.PositiveInfinity)
+        public void Distances(Objects a, Objects b, ReadOnlySpan<Pair> pairs, Span<TDistance> distances,
+            double most = double.PositiveInfinity)
         {
             Expect(pairs.Length, distances.Length);
             fixed (Pair* items = pairs)
@@ -460,10 +513,12 @@ namespace Jostle
 
         static void Expect(int pairs, int room)
         {
-            if (pairs != room) throw new JostleException(Status.SizeMismatch, pairs + " pairs and room for " + room + " answers");
+            if (pairs != room) throw new JostleException(Status.SizeMismatch,
+                pairs + " pairs and room for " + room + " answers");
         }
 
-        void Work(Verb verb, Objects a, Objects b, View<Pair> pairs, double length, byte* to, Native.jostle_blocks* found)
+        void Work(Verb verb, Objects a, Objects b, View<Pair> pairs, double length, byte* to,
+            Native.jostle_blocks* found)
         {
             bool heldA = false, heldB = false;
             Native.jostle_error error;
@@ -473,17 +528,28 @@ namespace Jostle
             {
                 try
                 {
-                    if (a.Shapes == null) throw new ArgumentNullException("objects", "objects without shapes");
+                    if (a.Shapes == null)
+                        throw new ArgumentNullException("objects", "objects without shapes");
                     Native.jostle_block room;
                     Native.jostle_blocks given = pairs.Blocks(&room);
-                    Native.jostle_objects objectsA = a.At(posesA, space, ref heldA), objectsB = b.At(posesB, space, ref heldB);
+                    Native.jostle_objects objectsA = a.At(posesA, space, ref heldA),
+                        objectsB = b.At(posesB, space, ref heldB);
                     Native.jostle_objects* others = b.Shapes == null ? null : &objectsB;
                     Status status;
                     switch (verb)
                     {
-                        case Verb.Find: status = Native.jostle_contact_finder_find(handle, &objectsA, others, &given, length, found, &error); break;
-                        case Verb.Touching: status = Native.jostle_contact_finder_touching(handle, &objectsA, others, &given, to, &error); break;
-                        default: status = Native.jostle_contact_finder_distances(handle, &objectsA, others, &given, length, to, &error); break;
+                        case Verb.Find:
+                            status = Native.jostle_contact_finder_find(handle, &objectsA, others, &given,
+                                length, found, &error);
+                            break;
+                        case Verb.Touching:
+                            status = Native.jostle_contact_finder_touching(handle, &objectsA, others, &given,
+                                to, &error);
+                            break;
+                        default:
+                            status = Native.jostle_contact_finder_distances(handle, &objectsA, others, &given,
+                                length, to, &error);
+                            break;
                     }
                     JostleException.Check(status, &error);
                 }

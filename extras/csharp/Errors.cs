@@ -53,8 +53,9 @@ namespace Jostle
                 }
                 catch (DllNotFoundException thrown)
                 {
-                    throw new DllNotFoundException("the library itself isn't found: put jostle.dll (Windows), libjostle.so (Linux) or libjostle.dylib " +
-                                                   "(macOS) beside the program, or in Unity into Assets/Plugins", thrown);
+                    throw new DllNotFoundException("the library itself isn't found: put jostle.dll " +
+                        "(Windows), libjostle.so (Linux) or libjostle.dylib (macOS) beside the program, or in " +
+                        "Unity into Assets/Plugins", thrown);
                 }
                 return new Version((int)major, (int)minor, (int)patch);
             }
@@ -66,13 +67,15 @@ namespace Jostle
             if (fits) return;
             Version found = Version;
             if (found.Major != Native.Major || (found.Major == 0 && found.Minor != Native.Minor))
-                throw new JostleException(Status.InvalidArgument, "these sources are for jostle " + Native.Major + "." + Native.Minor +
-                                          ", but the library that was loaded is " + found);
+                throw new JostleException(Status.InvalidArgument,
+                    "these sources are for jostle " + Native.Major + "." + Native.Minor +
+                    ", but the library that was loaded is " + found);
             fits = true;
         }
     }
 
-    /// <summary>What has results that are read in place: they are of one state of it, and refuse to be read in another.</summary>
+    /// <summary>What has results that are read in place: they are of one state of it, and refuse to be read
+    /// in another.</summary>
     public abstract class Owner : IDisposable
     {
         internal int State;
@@ -84,7 +87,8 @@ namespace Jostle
         internal void Enter()
         {
             if (Interlocked.Exchange(ref busy, 1) != 0)
-                throw new InvalidOperationException(GetType().Name + " is at work already, for another thread or around this callback: one call at a time");
+                throw new InvalidOperationException(GetType().Name +
+                    " is at work already, for another thread or around this callback: one call at a time");
             ++State;
         }
         internal void Leave() { Volatile.Write(ref busy, 0); }
@@ -99,18 +103,23 @@ namespace Jostle
         {
             if (Handle.IsClosed) throw new ObjectDisposedException(GetType().Name);
             if (state == State) return;
-            throw new InvalidOperationException("these results are no longer valid: " + GetType().Name + " was called since; copy them with ToArray()");
+            throw new InvalidOperationException("these results are no longer valid: " + GetType().Name +
+                " was called since; copy them with ToArray()");
         }
     }
 
-    // A function of the user's while native code calls it: what it throws is kept, ends the call, and is thrown again after it.
+    // A function of the user's while native code calls it: what it throws is kept, ends the call, and is
+    // thrown again after it.
     sealed class Asked<F> where F : class
     {
         internal F Function;
         ExceptionDispatchInfo failure;
 
         // The context that native code hands back. Its handle is the caller's to free.
-        internal static unsafe Asked<F> From(void* context) { return (Asked<F>)GCHandle.FromIntPtr((IntPtr)context).Target; }
+        internal static unsafe Asked<F> From(void* context)
+        {
+            return (Asked<F>)GCHandle.FromIntPtr((IntPtr)context).Target;
+        }
 
         internal int Failed(Exception exception)
         {

@@ -25,16 +25,19 @@ namespace Jostle
             Library.Require();
             ExecutorHandle handle;
             Native.jostle_error error;
-            JostleException.Check(Native.jostle_executor_threads(checked((uint)threads), out handle, &error), &error);
+            JostleException.Check(Native.jostle_executor_threads(checked((uint)threads), out handle, &error),
+                &error);
             return new Executor(handle);
         }
 
         public void Dispose() { Handle.Dispose(); }
 
-        // What an object is made with. `held`: whether the executor's handle is to be released after the call.
+        // What an object is made with. `held`: whether the executor's handle is to be released after the
+        // call.
         internal static unsafe Native.jostle_options Options(Executor executor, ref bool held)
         {
-            Native.jostle_options options = new Native.jostle_options { struct_size = (ulong)sizeof(Native.jostle_options) };
+            Native.jostle_options options = new Native.jostle_options();
+            options.struct_size = (ulong)sizeof(Native.jostle_options);
             if (executor != null)
             {
                 executor.Handle.DangerousAddRef(ref held);

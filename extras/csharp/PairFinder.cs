@@ -4,7 +4,8 @@ using System.Runtime.InteropServices;
 
 namespace Jostle
 {
-    /// <summary>Two that touch, by their positions in what was given, or in a World by their indices.</summary>
+    /// <summary>Two that touch, by their positions in what was given, or in a World by their
+    /// indices.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public struct Pair : IEquatable<Pair>
     {
@@ -16,23 +17,27 @@ namespace Jostle
         public override string ToString() { return A + " and " + B; }
     }
 
-    /// <summary>Which pairs are wanted. Arrays have one number for each box; what is null filters nothing. Those that end in B are for the
-    /// second set.</summary>
+    /// <summary>Which pairs are wanted. Arrays have one number for each box; what is null filters nothing.
+    /// Those that end in B are for the second set.</summary>
     public sealed class Filter
     {
-        /// <summary>Two pair if each has its category, a set of bits, in the other's mask. Give both or neither.</summary>
+        /// <summary>Two pair if each has its category, a set of bits, in the other's mask. Give both or
+        /// neither.</summary>
         public uint[] Category, Mask;
         /// <summary>Those of one owner never pair; uint.MaxValue belongs to nobody.</summary>
         public uint[] Owner;
         public uint[] CategoryB, MaskB, OwnerB;
-        /// <summary>Asked about each pair, from several threads at a time. What it throws ends the search and is thrown again by it.</summary>
+        /// <summary>Asked about each pair, from several threads at a time. What it throws ends the search and
+        /// is thrown again by it.</summary>
         public Func<uint, uint, bool> Accept;
     }
 
-    /// <summary>Takes a piece of the result; false stops the search. Called from several threads at a time.</summary>
+    /// <summary>Takes a piece of the result; false stops the search. Called from several threads at a
+    /// time.</summary>
     public delegate bool PairSink(ReadOnlySpan<Pair> pairs);
 
-    /// <summary>All pairs of boxes that touch. It keeps its memory from call to call. One call at a time.</summary>
+    /// <summary>All pairs of boxes that touch. It keeps its memory from call to call. One call at a
+    /// time.</summary>
     public sealed unsafe class PairFinder : Owner
     {
         static readonly Native.jostle_accept_pair_function acceptFunction = Accept;
@@ -76,8 +81,14 @@ namespace Jostle
         }
 
         /// <summary>Hands the pairs over instead of storing them. Whether that went to the end.</summary>
-        public bool Stream(Boxes boxes, PairSink sink, Filter filter = null) { return Hand(boxes, default(Boxes), false, filter, sink); }
-        public bool Stream(Boxes a, Boxes b, PairSink sink, Filter filter = null) { return Hand(a, b, true, filter, sink); }
+        public bool Stream(Boxes boxes, PairSink sink, Filter filter = null)
+        {
+            return Hand(boxes, default(Boxes), false, filter, sink);
+        }
+        public bool Stream(Boxes a, Boxes b, PairSink sink, Filter filter = null)
+        {
+            return Hand(a, b, true, filter, sink);
+        }
 
         bool Hand(Boxes a, Boxes b, bool two, Filter filter, PairSink to)
         {
@@ -102,13 +113,15 @@ namespace Jostle
             }
         }
 
-        View<Pair> Search(Boxes a, Boxes b, bool two, Filter filter, Order order, PairSink to, out bool finished)
+        View<Pair> Search(Boxes a, Boxes b, bool two, Filter filter, Order order, PairSink to,
+            out bool finished)
         {
             if (two) b.Expect(a.Space, "a search with others");
             Enter();
             Native.jostle_error error;
             Native.jostle_blocks found = new Native.jostle_blocks();
-            Native.jostle_filter given = new Native.jostle_filter { struct_size = (ulong)sizeof(Native.jostle_filter) };
+            Native.jostle_filter given = new Native.jostle_filter();
+            given.struct_size = (ulong)sizeof(Native.jostle_filter);
             GCHandle asked = default(GCHandle), handing = default(GCHandle);
             int ended = 1;
             fixed (byte* minA = a.Min)
@@ -145,13 +158,14 @@ namespace Jostle
                     Native.jostle_filter* wanted = filter == null ? null : &given;
                     Status status;
                     if (to == null)
-                        status = Native.jostle_finder_find(handle, a.Space, &boxesA, others, wanted, order, &found, &error);
+                        status = Native.jostle_finder_find(handle, a.Space, &boxesA, others, wanted, order,
+                            &found, &error);
                     else
                     {
                         sink.Function = to;
                         handing = GCHandle.Alloc(sink);
-                        status = Native.jostle_finder_stream(handle, a.Space, &boxesA, others, wanted, sinkPointer,
-                                                             (void*)GCHandle.ToIntPtr(handing), &ended, &error);
+                        status = Native.jostle_finder_stream(handle, a.Space, &boxesA, others, wanted,
+                            sinkPointer, (void*)GCHandle.ToIntPtr(handing), &ended, &error);
                     }
                     accept.Rethrow();
                     sink.Rethrow();
@@ -172,8 +186,10 @@ namespace Jostle
 
         static Native.jostle_values Given(uint* pinned, uint[] numbers)
         {
-            // An array of no numbers is pinned as null, too: the library then says that it is too short, if it is.
-            return new Native.jostle_values { data = pinned, count = numbers == null ? 0 : (ulong)numbers.Length, stride = 4 };
+            // An array of no numbers is pinned as null, too: the library then says that it is too short, if
+            // it is.
+            return new Native.jostle_values { data = pinned,
+                count = numbers == null ? 0 : (ulong)numbers.Length, stride = 4 };
         }
 
         [MonoPInvokeCallback(typeof(Native.jostle_accept_pair_function))]

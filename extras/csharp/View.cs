@@ -3,8 +3,9 @@ using System;
 
 namespace Jostle
 {
-    /// <summary>What a call found, read in place in the library's memory: nothing is copied, and there is no garbage. Valid until its owner
-    /// is called again; read later, it throws. A span that was taken out of it can't: keep such spans, and nothing else, within the frame.</summary>
+    /// <summary>What a call found, read in place in the library's memory: nothing is copied, and there is no
+    /// garbage. Valid until its owner is called again; read later, it throws. A span that was taken out of it
+    /// can't: keep such spans, and nothing else, within the frame.</summary>
     public readonly unsafe ref struct View<T> where T : struct
     {
         internal readonly Owner Owner;
@@ -18,7 +19,6 @@ namespace Jostle
 
         internal View(Owner owner, Native.jostle_blocks found)
         {
-            owner.Expect(owner.State); // it may have been disposed in a callback
             Owner = owner;
             State = owner.State;
             blocks = found.blocks;
@@ -29,7 +29,6 @@ namespace Jostle
 
         internal View(Owner owner, void* items, ulong count)
         {
-            owner.Expect(owner.State); // it may have been disposed in a callback
             Owner = owner;
             State = owner.State;
             blocks = null;
@@ -54,7 +53,8 @@ namespace Jostle
         {
             if (Owner != null) Owner.Expect(State);
             *room = one;
-            return new Native.jostle_blocks { blocks = blocks == null ? room : blocks, block_count = (ulong)BlockCount, count = (ulong)Count,
+            return new Native.jostle_blocks { blocks = blocks == null ? room : blocks,
+                block_count = (ulong)BlockCount, count = (ulong)Count,
                                               item_size = (ulong)SizeOf<T>.Bytes };
         }
 

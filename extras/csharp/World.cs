@@ -4,12 +4,14 @@ using System.Runtime.InteropServices;
 
 namespace Jostle
 {
-    /// <summary>Names an object of a world; the default names none. It is never used again for another object.</summary>
+    /// <summary>Names an object of a world; the default names none. It is never used again for another
+    /// object.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public struct ObjectId : IEquatable<ObjectId>
     {
         public ulong Value;
-        /// <summary>A small number, good for arrays of your own; of objects that are gone it is used again.</summary>
+        /// <summary>A small number, good for arrays of your own; of objects that are gone it is used
+        /// again.</summary>
         public uint Index { get { return (uint)Value; } }
         public bool Equals(ObjectId other) { return Value == other.Value; }
         public override bool Equals(object other) { return other is ObjectId && Equals((ObjectId)other); }
@@ -52,13 +54,15 @@ namespace Jostle
             get { return isStatic != 0; }
             set { isStatic = value ? 1 : 0; }
         }
-        public static ObjectFilter All { get { return new ObjectFilter { Category = 1, Mask = uint.MaxValue, Owner = uint.MaxValue }; } }
-        public static ObjectFilter Static { get { return new ObjectFilter { Category = 1, Mask = uint.MaxValue, Owner = uint.MaxValue, isStatic = 1 }; } }
+        public static ObjectFilter All { get { return new ObjectFilter { Category = 1, Mask = uint.MaxValue,
+            Owner = uint.MaxValue }; } }
+        public static ObjectFilter Static { get { return new ObjectFilter { Category = 1,
+            Mask = uint.MaxValue, Owner = uint.MaxValue, isStatic = 1 }; } }
     }
 
-    /// <summary>Objects with identity that live, move and rest, and the pairs between them. Any thread may queue commands (Add, Remove, Move,
-    /// Set...) at any time; they take effect in the next Update, one of which runs at a time. Queries may run beside each other, but not beside
-    /// an Update.</summary>
+    /// <summary>Objects with identity that live, move and rest, and the pairs between them. Any thread may
+    /// queue commands (Add, Remove, Move, Set...) at any time; they take effect in the next Update, one of
+    /// which runs at a time. Queries may run beside each other, but not beside an Update.</summary>
     public sealed unsafe partial class World : Owner
     {
         static readonly Native.jostle_accept_object_pair_function acceptFunction = Accept;
@@ -69,9 +73,11 @@ namespace Jostle
         public Space Space { get; }
         internal override Handle Handle { get { return handle; } }
 
-        /// <summary>`margin`: by how much all boxes are enlarged. `accept`: asked in Update, on its thread, about each pair that would begin. What
-        /// it throws ends the update, which then has done nothing, and is thrown again by it.</summary>
-        public World(Space space = Space.Float3, double margin = 0, Func<ObjectId, ObjectId, bool> accept = null, Executor executor = null)
+        /// <summary>`margin`: by how much all boxes are enlarged. `accept`: asked in Update, on its thread,
+        /// about each pair that would begin. What it throws ends the update, which then has done nothing, and
+        /// is thrown again by it.</summary>
+        public World(Space space = Space.Float3, double margin = 0,
+            Func<ObjectId, ObjectId, bool> accept = null, Executor executor = null)
         {
             Library.Require();
             Space = space;
@@ -80,13 +86,15 @@ namespace Jostle
             try
             {
                 Native.jostle_options common = Executor.Options(executor, ref held);
-                Native.jostle_world_options options = new Native.jostle_world_options { struct_size = (ulong)sizeof(Native.jostle_world_options) };
+                Native.jostle_world_options options = new Native.jostle_world_options();
+                options.struct_size = (ulong)sizeof(Native.jostle_world_options);
                 options.common = &common;
                 options.margin = margin;
                 if (accept != null)
                 {
                     this.accept = new Asked<Func<ObjectId, ObjectId, bool>> { Function = accept };
-                    context = GCHandle.Alloc(this.accept, GCHandleType.Weak); // what it refers to may refer to this world
+                    // what it refers to may refer to this world
+                    context = GCHandle.Alloc(this.accept, GCHandleType.Weak);
                     options.accept = acceptPointer;
                     options.context = (void*)GCHandle.ToIntPtr(context);
                 }
@@ -110,7 +118,8 @@ namespace Jostle
         {
             boxes.Expect(Space, "a world");
             if (ids.Length != boxes.Count) throw Differ(ids.Length, "ids", boxes.Count, "boxes");
-            Native.jostle_object_options options = new Native.jostle_object_options { struct_size = (ulong)sizeof(Native.jostle_object_options) };
+            Native.jostle_object_options options = new Native.jostle_object_options();
+            options.struct_size = (ulong)sizeof(Native.jostle_object_options);
             options.filter = (Native.jostle_object_filter*)&filter;
             options.margin = margin;
             Native.jostle_error error;
@@ -119,7 +128,8 @@ namespace Jostle
             fixed (ObjectId* given = ids)
             {
                 Native.jostle_boxes view = boxes.At(min, max);
-                JostleException.Check(Native.jostle_world_add(handle, &view, &options, (ulong*)given, &error), &error);
+                JostleException.Check(Native.jostle_world_add(handle, &view, &options, (ulong*)given,
+                    &error), &error);
             }
         }
         public ObjectId Add(Box3 box) { return Add(box, ObjectFilter.All); }
@@ -133,7 +143,8 @@ namespace Jostle
         public ObjectId Add(Box2 box, ObjectFilter filter, double margin = 0)
         {
             ObjectId id;
-            Add(Boxes.Of(new ReadOnlySpan<Box2>(&box, 1), Space.Float2), new Span<ObjectId>(&id, 1), filter, margin);
+            Add(Boxes.Of(new ReadOnlySpan<Box2>(&box, 1), Space.Float2), new Span<ObjectId>(&id, 1), filter,
+                margin);
             return id;
         }
 
@@ -142,12 +153,13 @@ namespace Jostle
         {
             Native.jostle_error error;
             fixed (ObjectId* given = ids)
-                JostleException.Check(Native.jostle_world_remove(handle, (ulong*)given, (ulong)ids.Length, &error), &error);
+                JostleException.Check(Native.jostle_world_remove(handle, (ulong*)given, (ulong)ids.Length,
+                    &error), &error);
         }
         public void Remove(ObjectId id) { Remove(new ReadOnlySpan<ObjectId>(&id, 1)); }
 
-        /// <summary>New boxes of objects: all or none of them. Of equal commands of several threads for one object the greatest `sequence`
-        /// wins.</summary>
+        /// <summary>New boxes of objects: all or none of them. Of equal commands of several threads for one
+        /// object the greatest `sequence` wins.</summary>
         public void Move(ReadOnlySpan<ObjectId> ids, Boxes boxes, uint sequence = 0)
         {
             boxes.Expect(Space, "a world");
@@ -158,7 +170,8 @@ namespace Jostle
             fixed (ObjectId* given = ids)
             {
                 Native.jostle_boxes view = boxes.At(min, max);
-                JostleException.Check(Native.jostle_world_move(handle, (ulong*)given, &view, null, sequence, &error), &error);
+                JostleException.Check(Native.jostle_world_move(handle, (ulong*)given, &view, null, sequence,
+                    &error), &error);
             }
         }
         public void Move(ObjectId id, Box3 box)
@@ -173,22 +186,26 @@ namespace Jostle
         public void SetFilter(ObjectId id, ObjectFilter filter, uint sequence = 0)
         {
             Native.jostle_error error;
-            JostleException.Check(Native.jostle_world_set_filter(handle, &id.Value, 1, (Native.jostle_object_filter*)&filter, sequence, &error), &error);
+            JostleException.Check(Native.jostle_world_set_filter(handle, &id.Value, 1,
+                (Native.jostle_object_filter*)&filter, sequence, &error), &error);
         }
         public void SetMargin(ObjectId id, double margin, uint sequence = 0)
         {
             Native.jostle_error error;
-            JostleException.Check(Native.jostle_world_set_margin(handle, &id.Value, 1, &margin, sequence, &error), &error);
+            JostleException.Check(Native.jostle_world_set_margin(handle, &id.Value, 1, &margin, sequence,
+                &error), &error);
         }
         /// <summary>What isn't enabled keeps its id and its box, and touches nothing.</summary>
         public void SetEnabled(ObjectId id, bool enabled, uint sequence = 0)
         {
             Native.jostle_error error;
             byte given = (byte)(enabled ? 1 : 0);
-            JostleException.Check(Native.jostle_world_set_enabled(handle, &id.Value, 1, &given, sequence, &error), &error);
+            JostleException.Check(Native.jostle_world_set_enabled(handle, &id.Value, 1, &given, sequence,
+                &error), &error);
         }
 
-        /// <summary>64 bits of your own, 0 at first; at once, and also for what the last update has removed.</summary>
+        /// <summary>64 bits of your own, 0 at first; at once, and also for what the last update has
+        /// removed.</summary>
         public ulong UserData(ObjectId id)
         {
             ulong data;
@@ -199,7 +216,8 @@ namespace Jostle
         public void SetUserData(ObjectId id, ulong data)
         {
             Native.jostle_error error;
-            JostleException.Check(Native.jostle_world_set_user_data(handle, &id.Value, 1, &data, &error), &error);
+            JostleException.Check(Native.jostle_world_set_user_data(handle, &id.Value, 1, &data, &error),
+                &error);
         }
 
         // --- A step, and what it did ---
@@ -339,7 +357,8 @@ namespace Jostle
             return found != 0;
         }
 
-        /// <summary>The boxes of objects, as they were given: plain numbers, or structs that are a box of this space.</summary>
+        /// <summary>The boxes of objects, as they were given: plain numbers, or structs that are a box of
+        /// this space.</summary>
         public void GetBoxes<T>(ReadOnlySpan<ObjectId> ids, Span<T> boxes) where T : struct
         {
             if (Boxes.Of((ReadOnlySpan<T>)boxes, Space).Count != ids.Length)
@@ -347,7 +366,8 @@ namespace Jostle
             Native.jostle_error error;
             fixed (ObjectId* given = ids)
             fixed (byte* room = MemoryMarshal.AsBytes(boxes))
-                JostleException.Check(Native.jostle_world_boxes(handle, (ulong*)given, (ulong)ids.Length, room, &error), &error);
+                JostleException.Check(Native.jostle_world_boxes(handle, (ulong*)given, (ulong)ids.Length,
+                    room, &error), &error);
         }
 
         // --- The whole ---
@@ -374,7 +394,8 @@ namespace Jostle
             {
                 Native.jostle_error error;
                 fixed (byte* bytes = snapshot)
-                    JostleException.Check(Native.jostle_world_restore(handle, bytes, (ulong)snapshot.Length, &error), &error);
+                    JostleException.Check(Native.jostle_world_restore(handle, bytes, (ulong)snapshot.Length,
+                        &error), &error);
             }
             finally
             {

@@ -25,7 +25,8 @@ namespace Jostle.Tests
             byte answers;
             double found;
             Native.jostle_error error;
-            JostleException.Check(Native.jostle_box_answers(Space.Float3, &queries, &box, &answers, &found, &error), &error);
+            JostleException.Check(Native.jostle_box_answers(Space.Float3, &queries, &box, &answers, &found,
+                &error), &error);
             at = found;
             return answers != 0;
         }
@@ -36,9 +37,11 @@ namespace Jostle.Tests
             Ray3[] rays = new Ray3[200];
             for (int i = 0; i < rays.Length; ++i)
             {
-                Vec3 from = new Vec3(Some.Number(random, false), Some.Number(random, false), Some.Number(random, false));
+                Vec3 from = new Vec3(Some.Number(random, false), Some.Number(random, false),
+                    Some.Number(random, false));
                 Vec3 to = new Vec3(random.Next(-2, 3), random.Next(-2, 3), (float)random.NextDouble() - 0.5f);
-                rays[i] = new Ray3(from, to, i % 3 == 0 ? float.PositiveInfinity : (float)random.NextDouble() * 3);
+                rays[i] = new Ray3(from, to, i % 3 == 0 ? float.PositiveInfinity
+                    : (float)random.NextDouble() * 3);
             }
             return rays;
         }
@@ -71,9 +74,12 @@ namespace Jostle.Tests
                     Expect.Same(hits[i].Found, world.First(ray, out alone), "found");
                     Expect.Same(hits[i].Object, alone.Object, "what a ray alone meets");
                     if (!hits[i].Found) continue;
-                    Expect.True(!world.First(ray, out alone, new QueryFilter { Exclude = who }) || alone.Object != who, "excluded");
-                    Expect.True(!world.First(ray, out alone, new QueryFilter { Accept = id => id != who }) || alone.Object != who, "refused");
-                    Expect.Throws<FormatException>(() => world.First(rays[i], out alone, new QueryFilter { Accept = id => { throw new FormatException("here"); } }), "here");
+                    Expect.True(!world.First(ray, out alone, new QueryFilter { Exclude = who })
+                        || alone.Object != who, "excluded");
+                    Expect.True(!world.First(ray, out alone, new QueryFilter { Accept = id => id != who })
+                        || alone.Object != who, "refused");
+                    Expect.Throws<FormatException>(() => world.First(rays[i], out alone,
+                        new QueryFilter { Accept = id => { throw new FormatException("here"); } }), "here");
                 }
             }
         }
@@ -83,7 +89,8 @@ namespace Jostle.Tests
             for (int seed = 0; seed < 6; ++seed)
             {
                 ObjectId[] ids;
-                Box3[] some = Some.Boxes(seed, 300, seed % 2 == 1), asked = Some.Boxes(seed + 50, 40, seed % 2 == 1);
+                Box3[] some = Some.Boxes(seed, 300, seed % 2 == 1),
+                    asked = Some.Boxes(seed + 50, 40, seed % 2 == 1);
                 using (World world = Made(out ids, some))
                 using (Answers answers = new Answers())
                 {
@@ -107,7 +114,8 @@ namespace Jostle.Tests
                     world.All(asked[0], answers);
                     Expect.Same((long)counts[0], answers.Of(0).Count, "answers of one box");
                     world.All(Query.Boxes(asked), answers, null, default(Objects), 1);
-                    for (int i = 0; i < asked.Length; ++i) Expect.Same(counts[i] > 1, answers.More(i), "whether there are more");
+                    for (int i = 0; i < asked.Length; ++i) Expect.Same(counts[i] > 1, answers.More(i),
+                        "whether there are more");
                 }
             }
         }
@@ -121,7 +129,8 @@ namespace Jostle.Tests
                 Random random = new Random(8);
                 Sphere3[] points = new Sphere3[100];
                 for (int i = 0; i < points.Length; ++i)
-                    points[i] = new Sphere3(new Vec3(Some.Number(random, false), Some.Number(random, false), Some.Number(random, false)), i % 2 == 0 ? float.PositiveInfinity : 1);
+                    points[i] = new Sphere3(new Vec3(Some.Number(random, false), Some.Number(random, false),
+                        Some.Number(random, false)), i % 2 == 0 ? float.PositiveInfinity : 1);
                 world.All(Query.Nearest(points, 5), answers);
                 for (int i = 0; i < points.Length; ++i)
                 {
@@ -134,7 +143,8 @@ namespace Jostle.Tests
                     }
                     distances.Sort();
                     int k = 0;
-                    foreach (double at in answers.At(i)) Expect.Same(distances[k++], at, "the distance of neighbour " + k);
+                    foreach (double at in answers.At(i)) Expect.Same(distances[k++], at,
+                        "the distance of neighbour " + k);
                     Expect.Same(Math.Min(5, distances.Count), k, "neighbours");
                     Hit hit;
                     Expect.Same(k > 0, world.Nearest(point, out hit), "found");
@@ -159,30 +169,36 @@ namespace Jostle.Tests
                 ObjectId[] ids = new ObjectId[2];
                 world.Add(around, ids);
                 world.Update();
-                // The first ray passes the ball, but not its box; the second meets the ball, the third the cube.
-                Ray3[] rays = { new Ray3(new Vec3(-5, 0.9f, 0.9f), new Vec3(1, 0, 0), 7), new Ray3(new Vec3(-5, 0, 0), new Vec3(1, 0, 0)),
+                // The first ray passes the ball, but not its box; the second meets the ball, the third the
+                // cube.
+                Ray3[] rays = { new Ray3(new Vec3(-5, 0.9f, 0.9f), new Vec3(1, 0, 0), 7),
+                    new Ray3(new Vec3(-5, 0, 0), new Vec3(1, 0, 0)),
                                 new Ray3(new Vec3(5, 0.9f, 0.9f), new Vec3(1, 0, 0)) };
                 Hit[] hits = new Hit[3];
                 CastHit3[] details = new CastHit3[3];
                 world.First(Query.Rays(rays), objects, hits, details);
-                Expect.True(!hits[0].Found && hits[1].Object == ids[0] && hits[2].Object == ids[1], "what rays meet");
+                Expect.True(!hits[0].Found && hits[1].Object == ids[0] && hits[2].Object == ids[1],
+                    "what rays meet");
                 Expect.Near(4, details[1].Fraction, "where a ray meets a ball");
                 Expect.Near(-1, details[1].Normal.X, "its normal");
                 Expect.Near(4, hits[2].At, "where a ray meets a cube");
-                world.All(Query.Shapes(new Objects(shapes, new[] { new Pose3(new Vec3(1.5f, 0, 0)), new Pose3(new Vec3(3, 3, 3)) })), answers, null, objects);
+                world.All(Query.Shapes(new Objects(shapes, new[] { new Pose3(new Vec3(1.5f, 0, 0)),
+                    new Pose3(new Vec3(3, 3, 3)) })), answers, null, objects);
                 Expect.Same(1L, answers.Of(0).Count, "what touches a ball at 1.5");
                 Expect.Same(0L, answers.Of(1).Count, "what touches a cube at 3");
                 hits = new Hit[2];
                 details = new CastHit3[2];
                 Pose3[] from = { new Pose3(new Vec3(-5, 0, 0)), new Pose3(new Vec3(-5, 50, 0)) };
-                world.First(Query.ShapeSweeps(new Objects(shapes, from), new[] { new Vec3(10, 0, 0), new Vec3(10, 0, 0) }), objects, hits, details);
+                world.First(Query.ShapeSweeps(new Objects(shapes, from),
+                    new[] { new Vec3(10, 0, 0), new Vec3(10, 0, 0) }), objects, hits, details);
                 Expect.True(hits[0].Object == ids[0] && !hits[1].Found, "what sweeps meet");
                 Expect.Near(0.3, details[0].Fraction, "where a ball that sweeps meets a ball");
                 Distance3[] distances = new Distance3[2];
                 world.First(Query.NearestToShapes(new Objects(shapes, from)), objects, hits, distances);
                 Expect.True(hits[0].Object == ids[0] && hits[1].Object == ids[0], "the nearest shapes");
                 Expect.Near(3, distances[0].Distance, "the distance of a ball to a ball");
-                Expect.Throws<JostleException>(() => world.First(Query.Rays(rays), new Objects(shapes, poses), new Hit[3], new CastHit2[3]), "CastHit2");
+                Expect.Throws<JostleException>(() => world.First(Query.Rays(rays),
+                    new Objects(shapes, poses), new Hit[3], new CastHit2[3]), "CastHit2");
             }
         }
     }

@@ -20,7 +20,8 @@ namespace Jostle.Tests
 
         public static void IsNoticed()
         {
-            Expect.True(Measure(k => { Kept = new object(); }) >= 16 * frames, "an object in each frame isn't noticed");
+            Expect.True(Measure(k => { Kept = new object(); }) >= 16 * frames,
+                "an object in each frame isn't noticed");
         }
 
         public static void OfAFrame()
@@ -30,10 +31,12 @@ namespace Jostle.Tests
             Box3[] bounds = new Box3[count];
             Pose3[] poses = new Pose3[count];
             for (int i = 0; i < count; ++i) poses[i] = new Pose3(new Vec3(i, 0, 0));
-            Ray3[] rays = { new Ray3(new Vec3(-1, 10, 10), new Vec3(1, 0, 0)), new Ray3(new Vec3(-1, 1, 1), new Vec3(1, 1, 1)) };
+            Ray3[] rays = { new Ray3(new Vec3(-1, 10, 10), new Vec3(1, 0, 0)),
+                new Ray3(new Vec3(-1, 1, 1), new Vec3(1, 1, 1)) };
             Hit[] hits = new Hit[2];
             ObjectId[] ids = new ObjectId[count];
-            Filter filter = new Filter { Category = new uint[count], Mask = new uint[count], Accept = (a, b) => a + b > 3 };
+            Filter filter = new Filter { Category = new uint[count], Mask = new uint[count],
+                Accept = (a, b) => a + b > 3 };
             QueryFilter asking = new QueryFilter { Accept = id => id.Index > 2 };
             for (int i = 0; i < count; ++i) filter.Category[i] = filter.Mask[i] = 1;
             using (Executor serial = Executor.Serial())
@@ -79,7 +82,8 @@ namespace Jostle.Tests
                     world.All(boxes[3], answers);
                     foreach (ObjectId id in answers.Of(0)) seen += id.Index;
                     new Objects(shapes, poses).Bounds(bounds);
-                    foreach (Contact3 contact in contacts.Find(new Objects(shapes, poses), finder.Find(bounds))) seen += contact.Count;
+                    foreach (Contact3 contact in contacts.Find(new Objects(shapes, poses),
+                        finder.Find(bounds))) seen += contact.Count;
                 };
                 long made = Measure(frame);
                 Expect.Same(0L, made, "garbage of " + frames + " frames, in bytes,");

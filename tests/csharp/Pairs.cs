@@ -13,7 +13,8 @@ namespace Jostle.Tests
             HashSet<Pair> pairs = new HashSet<Pair>();
             for (int a = 0; a < boxes.Length; ++a)
                 for (int b = a + 1; b < boxes.Length; ++b)
-                    if (Some.Touch(boxes[a], boxes[b]) && (wanted == null || wanted(a, b))) pairs.Add(new Pair((uint)a, (uint)b));
+                    if (Some.Touch(boxes[a], boxes[b]) && (wanted == null
+                        || wanted(a, b))) pairs.Add(new Pair((uint)a, (uint)b));
             return pairs;
         }
 
@@ -43,7 +44,8 @@ namespace Jostle.Tests
                     // In their order, copied, and by blocks.
                     Pair[] sorted = finder.Find(boxes, null, Order.Sorted).ToArray();
                     for (int k = 1; k < sorted.Length; ++k)
-                        Expect.True(sorted[k - 1].A < sorted[k].A || sorted[k - 1].A == sorted[k].A && sorted[k - 1].B < sorted[k].B, "not sorted");
+                        Expect.True(sorted[k - 1].A < sorted[k].A || sorted[k - 1].A == sorted[k].A
+                            && sorted[k - 1].B < sorted[k].B, "not sorted");
                     Expect.Same(expected.Count, sorted.Length, "sorted pairs");
                 }
         }
@@ -53,7 +55,8 @@ namespace Jostle.Tests
             using (PairFinder finder = new PairFinder())
                 for (int seed = 0; seed < 20; ++seed)
                 {
-                    Box3[] a = Some.Boxes(seed, 200, seed % 2 == 1), b = Some.Boxes(seed + 1000, 300, seed % 2 == 1);
+                    Box3[] a = Some.Boxes(seed, 200, seed % 2 == 1),
+                        b = Some.Boxes(seed + 1000, 300, seed % 2 == 1);
                     HashSet<Pair> expected = new HashSet<Pair>(), found = new HashSet<Pair>();
                     for (int i = 0; i < a.Length; ++i)
                         for (int j = 0; j < b.Length; ++j)
@@ -76,7 +79,8 @@ namespace Jostle.Tests
         {
             Box3[] boxes = Some.Boxes(5, 300, true);
             Body[] bodies = new Body[boxes.Length];
-            System.Numerics.Vector3[] min = new System.Numerics.Vector3[boxes.Length], max = new System.Numerics.Vector3[boxes.Length];
+            System.Numerics.Vector3[] min = new System.Numerics.Vector3[boxes.Length],
+                max = new System.Numerics.Vector3[boxes.Length];
             float[] numbers = new float[6 * boxes.Length];
             double[] doubles = new double[6 * boxes.Length];
             for (int i = 0; i < boxes.Length; ++i)
@@ -84,23 +88,28 @@ namespace Jostle.Tests
                 bodies[i] = new Body { Mass = i, Min = boxes[i].Min, Max = boxes[i].Max, Speed = double.NaN };
                 min[i] = boxes[i].Min;
                 max[i] = boxes[i].Max;
-                float[] row = { boxes[i].Min.X, boxes[i].Min.Y, boxes[i].Min.Z, boxes[i].Max.X, boxes[i].Max.Y, boxes[i].Max.Z };
+                float[] row = { boxes[i].Min.X, boxes[i].Min.Y, boxes[i].Min.Z, boxes[i].Max.X,
+                    boxes[i].Max.Y, boxes[i].Max.Z };
                 for (int k = 0; k < 6; ++k) doubles[6 * i + k] = numbers[6 * i + k] = row[k];
             }
             HashSet<Pair> expected = ByHand(boxes);
-            int lo = (int)Marshal.OffsetOf(typeof(Body), "Min"), hi = (int)Marshal.OffsetOf(typeof(Body), "Max");
+            int lo = (int)Marshal.OffsetOf(typeof(Body), "Min"),
+                hi = (int)Marshal.OffsetOf(typeof(Body), "Max");
             using (PairFinder finder = new PairFinder())
             {
                 Expect.SameSets(expected, Set(finder.Find(Boxes.Of(bodies, lo, hi))), "pairs of bodies");
                 Expect.SameSets(expected, Set(finder.Find(Boxes.Of(min, max))), "pairs of two arrays");
                 Expect.SameSets(expected, Set(finder.Find(Boxes.Of(numbers))), "pairs of numbers");
-                Expect.SameSets(expected, Set(finder.Find(Boxes.Of(doubles, Space.Double3))), "pairs of doubles");
+                Expect.SameSets(expected, Set(finder.Find(Boxes.Of(doubles, Space.Double3))),
+                    "pairs of doubles");
                 Expect.Same(0L, finder.Find(new Box3[0]).Count, "pairs of nothing");
                 Expect.Same(0L, finder.Find((Box3[])null).Count, "pairs of null");
                 Expect.Same(0L, finder.Find(Boxes.Of(new Body[0], lo, hi)).Count, "pairs of no bodies");
-                Box2[] flat = { new Box2(new Vec2(0, 0), new Vec2(2, 2)), new Box2(new Vec2(2, 2), new Vec2(3, 3)) };
+                Box2[] flat = { new Box2(new Vec2(0, 0), new Vec2(2, 2)),
+                    new Box2(new Vec2(2, 2), new Vec2(3, 3)) };
                 Expect.Same(1L, finder.Find(flat).Count, "pairs in 2D");
-                Expect.Same(1L, finder.Find(Boxes.Of(new double[] { 0, 0, 2, 2, 2, 2, 3, 3 }, Space.Double2)).Count, "pairs of doubles in 2D");
+                Expect.Same(1L, finder.Find(Boxes.Of(new double[] { 0, 0, 2, 2, 2, 2, 3, 3 },
+                    Space.Double2)).Count, "pairs of doubles in 2D");
             }
         }
 
@@ -108,20 +117,23 @@ namespace Jostle.Tests
         {
             Box3[] boxes = Some.Boxes(9, 500, false);
             Random random = new Random(4);
-            Filter filter = new Filter { Category = new uint[500], Mask = new uint[500], Owner = new uint[500] };
+            Filter filter = new Filter { Category = new uint[500], Mask = new uint[500],
+                Owner = new uint[500] };
             for (int i = 0; i < 500; ++i)
             {
                 filter.Category[i] = 1u << random.Next(3);
                 filter.Mask[i] = (uint)random.Next(8);
                 filter.Owner[i] = random.Next(2) == 0 ? uint.MaxValue : (uint)random.Next(5);
             }
-            Func<int, int, bool> wanted = (a, b) => (filter.Category[a] & filter.Mask[b]) != 0 && (filter.Category[b] & filter.Mask[a]) != 0 &&
+            Func<int, int, bool> wanted = (a, b) => (filter.Category[a] & filter.Mask[b]) != 0
+                && (filter.Category[b] & filter.Mask[a]) != 0 &&
                 (filter.Owner[a] != filter.Owner[b] || filter.Owner[a] == uint.MaxValue);
             using (PairFinder finder = new PairFinder())
             {
                 Expect.SameSets(ByHand(boxes, wanted), Set(finder.Find(boxes, filter)), "filtered pairs");
                 filter.Accept = (a, b) => (a + b) % 3 != 0;
-                Expect.SameSets(ByHand(boxes, (a, b) => wanted(a, b) && (a + b) % 3 != 0), Set(finder.Find(boxes, filter)), "accepted pairs");
+                Expect.SameSets(ByHand(boxes, (a, b) => wanted(a, b) && (a + b) % 3 != 0),
+                    Set(finder.Find(boxes, filter)), "accepted pairs");
                 filter.Accept = null;
                 filter.Owner = new uint[499];
                 Expect.Throws<JostleException>(() => finder.Find(boxes, filter), "499", "500");
@@ -134,10 +146,12 @@ namespace Jostle.Tests
             using (PairFinder finder = new PairFinder())
             {
                 long expected = finder.Find(boxes).Count, found = 0;
-                Expect.True(finder.Stream(boxes, pairs => { Interlocked.Add(ref found, pairs.Length); return true; }), "went to the end");
+                Expect.True(finder.Stream(boxes, pairs => { Interlocked.Add(ref found,
+                    pairs.Length); return true; }), "went to the end");
                 Expect.Same(expected, found, "streamed pairs");
                 Expect.True(!finder.Stream(boxes, pairs => false), "was stopped");
-                Expect.Throws<TimeZoneNotFoundException>(() => finder.Stream(boxes, pairs => { throw new TimeZoneNotFoundException("mine"); }), "mine");
+                Expect.Throws<TimeZoneNotFoundException>(() =>
+                    finder.Stream(boxes, pairs => { throw new TimeZoneNotFoundException("mine"); }), "mine");
                 Expect.Same(expected, finder.Find(boxes).Count, "pairs afterwards");
             }
         }

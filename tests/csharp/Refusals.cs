@@ -30,7 +30,8 @@ namespace Jostle.Tests
                 boxes[0].Min.Z = float.NaN;
                 Expect.Throws<JostleException>(() => world.Move(ids, boxes), "NaN");
                 Expect.Throws<JostleException>(() => world.Update(ids, boxes), "NaN");
-                Expect.Throws<JostleException>(() => world.Add(new Box3(new Vec3(1, 0, 0), new Vec3(0, 0, 0))), "1");
+                Expect.Throws<JostleException>(() => world.Add(new Box3(new Vec3(1, 0, 0),
+                    new Vec3(0, 0, 0))), "1");
                 world.Update();
                 Expect.Same(3L, world.Count, "objects");
                 Expect.Same(0L, world.Ended.Count, "what ended");
@@ -38,6 +39,7 @@ namespace Jostle.Tests
         }
 
         struct Odd { public Vec3 Min; public Vec2 Max; }
+        struct Late { public double Before; public Ray2 Ray; public int After; }
         struct Referring { public Vec3 Min, Max; public string Name; }
 
         public static void OfLayouts()
@@ -51,21 +53,35 @@ namespace Jostle.Tests
                 Expect.Throws<JostleException>(() => finder.Find(Boxes.Of(new Odd[2], 0, 12)), "12", "Odd");
                 Expect.Throws<JostleException>(() => finder.Find(Boxes.Of(new Odd[2], -4, 0)), "-4");
                 Expect.Throws<JostleException>(() => finder.Find(Boxes.Of(new Odd[2], 2, 2)), "aligned");
-                Expect.Throws<JostleException>(() => finder.Find(Boxes.Of(new Vec3[2], new Vec3[3])), "2", "3");
+                Expect.Throws<JostleException>(() => finder.Find(Boxes.Of(new Vec3[2], new Vec3[3])), "2",
+                    "3");
                 Expect.Throws<JostleException>(() => finder.Find(Boxes.Of(new Vec2[2], new Vec2[2])), "Vec2");
                 Expect.Throws<ArgumentException>(() => finder.Find(Boxes.Of(new Referring[2], 0, 12)));
-                Expect.Throws<JostleException>(() => finder.Find(new[] { unit }, new[] { new Box2() }), "Float3", "Float2");
+                Expect.Throws<JostleException>(() => finder.Find(new[] { unit }, new[] { new Box2() }),
+                    "Float3", "Float2");
                 Expect.Throws<JostleException>(() => world.Add(new Box2()), "Float2", "Float3");
-                Expect.Throws<JostleException>(() => world.Add(new[] { unit }, new ObjectId[2]), "2 ids", "1 boxes");
-                Expect.Throws<JostleException>(() => world.Move(new ObjectId[2], new[] { unit }), "2 ids", "1 boxes");
-                Expect.Throws<JostleException>(() => world.Update(new ObjectId[2], new[] { unit }), "2 ids", "1 boxes");
-                Expect.Throws<JostleException>(() => world.First(Query.Rays(new Ray3[2]), new Hit[1]), "2 queries", "1 ");
-                Expect.Throws<JostleException>(() => world.First(Query.Rays(new float[8]), new Hit[1]), "queries", "7 numbers");
-                Expect.Throws<JostleException>(() => world.First(Query.Rays(new double[7]), new Hit[1]), "8", "4");
-                Expect.Throws<JostleException>(() => world.First(Query.Rays(new Ray2[1]), new Hit[1]), "20", "28");
-                Expect.Throws<JostleException>(() => world.Any(Query.Boxes(new[] { unit }), new bool[2]), "1 queries", "2 ");
+                Expect.Throws<JostleException>(() => world.Add(new[] { unit }, new ObjectId[2]), "2 ids",
+                    "1 boxes");
+                Expect.Throws<JostleException>(() => world.Move(new ObjectId[2], new[] { unit }), "2 ids",
+                    "1 boxes");
+                Expect.Throws<JostleException>(() => world.Update(new ObjectId[2], new[] { unit }), "2 ids",
+                    "1 boxes");
+                Expect.Throws<JostleException>(() => world.First(Query.Rays(new Ray3[2]), new Hit[1]),
+                    "2 queries", "1 ");
+                Expect.Throws<JostleException>(() => world.First(Query.Rays(new float[8]), new Hit[1]),
+                    "queries", "7 numbers");
+                Expect.Throws<JostleException>(() => world.First(Query.Rays(new double[7]), new Hit[1]), "8",
+                    "4");
+                Expect.Throws<JostleException>(() => world.First(Query.Rays(new Ray2[1]), new Hit[1]), "28",
+                    "steps of 20");
+                Expect.Throws<JostleException>(() => world.First(Query.Rays(Values.Of(new Late[2], 8)),
+                    new Hit[2]),
+                    "28", "56 bytes");
+                Expect.Throws<JostleException>(() => world.Any(Query.Boxes(new[] { unit }), new bool[2]),
+                    "1 queries", "2 ");
                 Expect.Throws<ArgumentOutOfRangeException>(() => Query.Nearest(new Sphere3[1], 0));
-                Expect.Throws<JostleException>(() => world.GetBoxes(new ObjectId[1], new Span<Box3>(new Box3[2])), "1 ids", "2 boxes");
+                Expect.Throws<JostleException>(() => world.GetBoxes(new ObjectId[1],
+                    new Span<Box3>(new Box3[2])), "1 ids", "2 boxes");
             }
         }
 
@@ -77,7 +93,8 @@ namespace Jostle.Tests
                 world.Update();
                 world.Remove(id);
                 world.Update();
-                Expect.Same(Status.StaleId, Expect.Throws<JostleException>(() => world.Move(id, unit), "0").Status, "the status");
+                Expect.Same(Status.StaleId, Expect.Throws<JostleException>(() => world.Move(id, unit),
+                    "0").Status, "the status");
                 Expect.Throws<JostleException>(() => world.Remove(id));
                 Expect.Throws<JostleException>(() => world.SetEnabled(id, true));
                 Expect.Throws<JostleException>(() => world.SetFilter(id, ObjectFilter.All));
@@ -85,7 +102,8 @@ namespace Jostle.Tests
                 Expect.Throws<JostleException>(() => world.Remove(default(ObjectId)));
                 Expect.Throws<JostleException>(() => other.Move(id, unit));
                 Expect.Throws<JostleException>(() => world.Update(new[] { id }, new[] { unit }));
-                Expect.True(!world.Contains(id) && !world.Contains(new ObjectId { Value = ulong.MaxValue }), "contains");
+                Expect.True(!world.Contains(id) && !world.Contains(new ObjectId { Value = ulong.MaxValue }),
+                    "contains");
                 Expect.Same(default(ObjectId), world.Id(77), "the id of no index");
             }
         }
@@ -103,7 +121,8 @@ namespace Jostle.Tests
             ObjectId id = world.Add(unit);
             world.Update();
             world.All(unit, answers);
-            foreach (IDisposable one in new IDisposable[] { finder, world, answers, ball, shapes, contacts, executor })
+            foreach (IDisposable one in new IDisposable[] { finder, world, answers, ball, shapes, contacts,
+                executor })
             {
                 one.Dispose();
                 one.Dispose(); // twice is once
@@ -121,14 +140,20 @@ namespace Jostle.Tests
             Expect.Throws<ObjectDisposedException>(() => Of(answers, 0));
             Expect.Throws<ObjectDisposedException>(() => new Shapes().Add(ball));
             Expect.Throws<ObjectDisposedException>(() => shapes.Add(Shape.Sphere(1)));
-            Expect.Throws<ObjectDisposedException>(() => new ContactFinder3().Find(new Objects(shapes, new Pose3[1]), new Pair[1]));
-            Expect.Throws<ObjectDisposedException>(() => new Objects(shapes, new Pose3[1]).Bounds(new Box3[1]));
-            Expect.Throws<ObjectDisposedException>(() => contacts.Find(new Objects(new Shapes(), new Pose3[0]), new Pair[0]));
+            Expect.Throws<ObjectDisposedException>(() => new ContactFinder3().Find(new Objects(shapes,
+                new Pose3[1]), new Pair[1]));
+            Expect.Throws<ObjectDisposedException>(() => new Objects(shapes,
+                new Pose3[1]).Bounds(new Box3[1]));
+            Expect.Throws<ObjectDisposedException>(() => contacts.Find(new Objects(new Shapes(),
+                new Pose3[0]), new Pair[0]));
             Expect.Throws<ObjectDisposedException>(() => new PairFinder(executor));
             Expect.Throws<ObjectDisposedException>(() => new World(Space.Float3, 0, null, executor));
         }
 
-        static void Began(World world) { foreach (ObjectPair pair in world.Began) Expect.True(false, "read"); }
+        static void Began(World world)
+        {
+            foreach (ObjectPair pair in world.Began) Expect.True(false, "read");
+        }
         static void Of(Answers answers, int query) { answers.Of(query).ToArray(); }
 
         public static void OfResultsThatAreOver()
@@ -141,11 +166,17 @@ namespace Jostle.Tests
                 world.Update();
                 // Disposed, or called again, in the middle of its own result.
                 PairFinder finder = new PairFinder();
-                Expect.Throws<ObjectDisposedException>(() => { foreach (Pair pair in finder.Find(new[] { unit, unit, unit })) finder.Dispose(); });
+                Expect.Throws<ObjectDisposedException>(() =>
+                    { foreach (Pair pair in finder.Find(new[] { unit, unit, unit })) finder.Dispose(); });
                 PairFinder other = new PairFinder();
-                Expect.Throws<InvalidOperationException>(() => { foreach (Pair pair in other.Find(new[] { unit, unit, unit })) other.Find(new[] { unit, unit }); }, "PairFinder");
-                Expect.Throws<InvalidOperationException>(() => { View<Pair> pairs = other.Find(new[] { unit, unit }); other.ReleaseMemory(); pairs.ToArray(); });
-                Expect.Throws<InvalidOperationException>(() => { View<ObjectPair> pairs = world.Began; world.Update(); pairs.ToArray(); }, "World");
+                Expect.Throws<InvalidOperationException>(() =>
+                    { foreach (Pair pair in other.Find(new[] { unit, unit, unit })) other.Find(new[] { unit,
+                    unit }); }, "PairFinder");
+                Expect.Throws<InvalidOperationException>(() =>
+                    { View<Pair> pairs = other.Find(new[] { unit,
+                    unit }); other.ReleaseMemory(); pairs.ToArray(); });
+                Expect.Throws<InvalidOperationException>(() =>
+                    { View<ObjectPair> pairs = world.Began; world.Update(); pairs.ToArray(); }, "World");
                 Expect.Throws<InvalidOperationException>(() =>
                 {
                     world.All(unit, answers);
@@ -176,14 +207,20 @@ namespace Jostle.Tests
             {
                 PairFinder finder = new PairFinder(serial);
                 // One call at a time; afterwards all is well.
-                Expect.Throws<InvalidOperationException>(() => finder.Find(boxes, new Filter { Accept = (a, b) => finder.Find(boxes).Count > 0 }), "PairFinder");
+                Expect.Throws<InvalidOperationException>(() =>
+                    finder.Find(boxes, new Filter { Accept = (a, b) => finder.Find(boxes).Count > 0 }),
+                    "PairFinder");
                 Expect.Same(3L, finder.Find(boxes).Count, "pairs afterwards");
                 // Disposed in its own callback: it lives until the call is over.
-                Expect.Throws<ObjectDisposedException>(() => finder.Find(boxes, new Filter { Accept = (a, b) => { finder.Dispose(); return true; } }).ToArray());
+                Expect.Throws<ObjectDisposedException>(() =>
+                    finder.Find(boxes, new Filter { Accept = (a, b) =>
+                    { finder.Dispose(); return true; } }).ToArray());
                 Expect.Throws<ObjectDisposedException>(() => finder.Find(boxes));
                 PairFinder another = new PairFinder();
-                FormatException thrown = Expect.Throws<FormatException>(() => another.Find(boxes, new Filter { Accept = Thrower }), "no pair");
-                Expect.True(thrown.StackTrace.Contains("Thrower"), "the trace names who threw it: " + thrown.StackTrace);
+                FormatException thrown = Expect.Throws<FormatException>(() =>
+                    another.Find(boxes, new Filter { Accept = Thrower }), "no pair");
+                Expect.True(thrown.StackTrace.Contains("Thrower"),
+                    "the trace names who threw it: " + thrown.StackTrace);
                 Expect.Same(3L, another.Find(boxes).Count, "pairs afterwards");
             }
         }
@@ -202,8 +239,10 @@ namespace Jostle.Tests
             Expect.Throws<JostleException>(() => Shape.Mesh(new Vec3[3], new[] { 0, 1, -1 }), "4294967295");
             Expect.Throws<JostleException>(() => Shape.Mesh(new Vec3[3], new[] { 0, 1 }), "2");
             Expect.Throws<ArgumentNullException>(() => Shape.Compound(new Shape[1], new Pose3[1]), "child 0");
-            Expect.Throws<JostleException>(() => Shape.Compound(new[] { Shape.Sphere(1) }, new Pose3[2]), "1 children", "2 poses");
-            Expect.Throws<JostleException>(() => Shape.Compound(new[] { Shape.Sphere(1) }, new Pose3[1]), "rotation");
+            Expect.Throws<JostleException>(() => Shape.Compound(new[] { Shape.Sphere(1) }, new Pose3[2]),
+                "1 children", "2 poses");
+            Expect.Throws<JostleException>(() => Shape.Compound(new[] { Shape.Sphere(1) }, new Pose3[1]),
+                "rotation");
             using (Shapes shapes = new Shapes(), flat = new Shapes(2))
             using (ContactFinder3 finder = new ContactFinder3())
             {
@@ -212,10 +251,14 @@ namespace Jostle.Tests
                 Pose3[] poses = { new Pose3(new Vec3(0, 0, 0)), new Pose3(new Vec3(0, 0, 0)) };
                 Expect.Throws<JostleException>(() => finder.Find(new Objects(shapes, poses), pairs), "2");
                 pairs[0].B = 1;
-                Expect.Throws<JostleException>(() => finder.Find(new Objects(shapes, new Pose3[1]), pairs), "1", "2");
-                Expect.Throws<JostleException>(() => finder.Find(new Objects(flat, poses), pairs), "2 dimensions", "Float3");
-                Expect.Throws<JostleException>(() => finder.Touching(new Objects(shapes, poses), pairs, new bool[2]), "1 pairs", "2");
-                Expect.Throws<JostleException>(() => new Objects(shapes, poses).Bounds(new Box3[3]), "2 poses", "3 boxes");
+                Expect.Throws<JostleException>(() => finder.Find(new Objects(shapes, new Pose3[1]), pairs),
+                    "1", "2");
+                Expect.Throws<JostleException>(() => finder.Find(new Objects(flat, poses), pairs),
+                    "2 dimensions", "Float3");
+                Expect.Throws<JostleException>(() => finder.Touching(new Objects(shapes, poses), pairs,
+                    new bool[2]), "1 pairs", "2");
+                Expect.Throws<JostleException>(() => new Objects(shapes, poses).Bounds(new Box3[3]),
+                    "2 poses", "3 boxes");
                 Expect.Throws<JostleException>(() => shapes.Set(2, Shape.Sphere(1)), "2");
                 Expect.Throws<JostleException>(() => flat.Add(Shape.Sphere(1)));
                 Expect.Throws<ArgumentNullException>(() => new Objects(null, poses));

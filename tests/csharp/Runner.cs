@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: MIT
-// Runs the static methods of Tests' classes: mono tests.exe [CLASS]. Without NuGet there is no framework of tests.
+// SPDX-License-Identifier: MIT Runs the static methods of Tests' classes: mono tests.exe [CLASS]. Without
+// NuGet there is no framework of tests.
 using System;
 using System.Collections.Generic;
 using System.Reflection;
@@ -8,7 +8,8 @@ namespace Jostle.Tests
 {
     static class Runner
     {
-        static readonly Type[] groups = { typeof(Pairs), typeof(Worlds), typeof(Asking), typeof(Shaped), typeof(Refusals), typeof(Garbage), typeof(Layout) };
+        static readonly Type[] groups = { typeof(Pairs), typeof(Worlds), typeof(Asking), typeof(Shaped),
+            typeof(Refusals), typeof(Garbage), typeof(Layout) };
 
         static int Main(string[] arguments)
         {
@@ -16,7 +17,7 @@ namespace Jostle.Tests
             foreach (Type group in groups)
             {
                 if (arguments.Length > 0 && arguments[0] != group.Name) continue;
-                foreach (MethodInfo test in group.GetMethods(BindingFlags.Static | BindingFlags.Public | BindingFlags.DeclaredOnly))
+                foreach (MethodInfo test in group.GetMethods(BindingFlags.Static | BindingFlags.Public))
                 {
                     try
                     {
@@ -27,7 +28,8 @@ namespace Jostle.Tests
                     catch (TargetInvocationException thrown)
                     {
                         ++failed;
-                        Console.WriteLine("FAILED " + group.Name + "." + test.Name + ": " + thrown.InnerException);
+                        Console.WriteLine("FAILED " + group.Name + "." + test.Name + ": " +
+                            thrown.InnerException);
                     }
                 }
             }
@@ -45,18 +47,21 @@ namespace Jostle.Tests
 
         public static void Same<T>(T expected, T found, string what)
         {
-            if (!EqualityComparer<T>.Default.Equals(expected, found)) throw new Exception(what + " is " + found + ", not " + expected);
+            if (!EqualityComparer<T>.Default.Equals(expected, found)) throw new Exception(what + " is " +
+                found + ", not " + expected);
         }
 
         public static void Near(double expected, double found, string what)
         {
-            if (!(Math.Abs(expected - found) <= 1e-5 * (1 + Math.Abs(expected)))) throw new Exception(what + " is " + found + ", not " + expected);
+            if (!(Math.Abs(expected - found) <= 1e-5 * (1 + Math.Abs(expected)))) throw new Exception(what +
+                " is " + found + ", not " + expected);
         }
 
         public static void SameSets<T>(HashSet<T> expected, HashSet<T> found, string what)
         {
             foreach (T item in expected)
-                if (!found.Contains(item)) throw new Exception(what + " lacks " + item + ", has " + found.Count + " in place of " + expected.Count);
+                if (!found.Contains(item)) throw new Exception(what + " lacks " + item + ", has " +
+                    found.Count + " in place of " + expected.Count);
             foreach (T item in found)
                 if (!expected.Contains(item)) throw new Exception(what + " has " + item + " too many");
         }
@@ -71,7 +76,8 @@ namespace Jostle.Tests
             catch (E thrown)
             {
                 foreach (string part in parts)
-                    if (!thrown.Message.Contains(part)) throw new Exception("'" + thrown.Message + "' doesn't say '" + part + "'");
+                    if (!thrown.Message.Contains(part)) throw new Exception("'" + thrown.Message +
+                        "' doesn't say '" + part + "'");
                 return thrown;
             }
             throw new Exception("nothing was thrown");
@@ -81,8 +87,10 @@ namespace Jostle.Tests
     /// Boxes of all kinds, the same ones for the same seed.
     static class Some
     {
-        static readonly float[] odd = { 0, -0.0f, 1, -1, 0.5f, float.Epsilon, -float.Epsilon, float.MaxValue, -float.MaxValue,
-                                        float.PositiveInfinity, float.NegativeInfinity, 1e-30f, 16777216, 16777217 };
+        static readonly float[] odd = { 0, -0.0f, 1, -1, 0.5f, float.Epsilon, -float.Epsilon, float.MaxValue,
+            -float.MaxValue,
+                                        float.PositiveInfinity, float.NegativeInfinity, 1e-30f, 16777216,
+                                            16777217 };
 
         public static float Number(Random random, bool hostile)
         {
@@ -95,7 +103,8 @@ namespace Jostle.Tests
             float[] lo = new float[3], hi = new float[3];
             for (int d = 0; d < 3; ++d)
             {
-                float a = Number(random, hostile), b = hostile ? Number(random, true) : a + (float)random.NextDouble() * 2;
+                float a = Number(random, hostile), b = hostile ? Number(random, true) : a +
+                    (float)random.NextDouble() * 2;
                 lo[d] = Math.Min(a, b);
                 hi[d] = Math.Max(a, b);
             }
@@ -113,7 +122,8 @@ namespace Jostle.Tests
         /// The definition.
         public static bool Touch(Box3 a, Box3 b)
         {
-            return a.Min.X <= b.Max.X && b.Min.X <= a.Max.X && a.Min.Y <= b.Max.Y && b.Min.Y <= a.Max.Y && a.Min.Z <= b.Max.Z && b.Min.Z <= a.Max.Z;
+            return a.Min.X <= b.Max.X && b.Min.X <= a.Max.X && a.Min.Y <= b.Max.Y && b.Min.Y <= a.Max.Y
+                && a.Min.Z <= b.Max.Z && b.Min.Z <= a.Max.Z;
         }
     }
 }

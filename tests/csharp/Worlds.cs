@@ -9,7 +9,11 @@ namespace Jostle.Tests
         struct Two : IEquatable<Two>
         {
             public ulong A, B;
-            public Two(ObjectId a, ObjectId b) { A = Math.Min(a.Value, b.Value); B = Math.Max(a.Value, b.Value); }
+            public Two(ObjectId a, ObjectId b)
+            {
+                A = Math.Min(a.Value, b.Value);
+                B = Math.Max(a.Value, b.Value);
+            }
             public bool Equals(Two other) { return A == other.A && B == other.B; }
             public override int GetHashCode() { return (A * 31 + B).GetHashCode(); }
             public override string ToString() { return (uint)A + " and " + (uint)B; }
@@ -20,7 +24,8 @@ namespace Jostle.Tests
             HashSet<Two> pairs = new HashSet<Two>();
             foreach (KeyValuePair<ObjectId, Box3> a in boxes)
                 foreach (KeyValuePair<ObjectId, Box3> b in boxes)
-                    if (a.Key.Index < b.Key.Index && Some.Touch(a.Value, b.Value)) pairs.Add(new Two(a.Key, b.Key));
+                    if (a.Key.Index < b.Key.Index && Some.Touch(a.Value, b.Value)) pairs.Add(new Two(a.Key,
+                        b.Key));
             return pairs;
         }
 
@@ -58,7 +63,8 @@ namespace Jostle.Tests
                         for (int i = 0; i < more.Length; ++i) boxes.Add(ids[i], more[i]);
                         world.Update();
 
-                        HashSet<Two> now = Touching(boxes), began = new HashSet<Two>(now), ended = new HashSet<Two>(before), stays = new HashSet<Two>(now);
+                        HashSet<Two> now = Touching(boxes), began = new HashSet<Two>(now),
+                            ended = new HashSet<Two>(before), stays = new HashSet<Two>(now);
                         began.ExceptWith(before);
                         ended.ExceptWith(now);
                         stays.IntersectWith(before);
@@ -73,7 +79,9 @@ namespace Jostle.Tests
                         foreach (EndedPair pair in world.Ended)
                         {
                             found.Add(new Two(pair.A, pair.B));
-                            Expect.Same(removed.Contains(pair.A) || removed.Contains(pair.B) ? EndReason.Removed : EndReason.MovedApart, pair.Reason, "the reason");
+                            Expect.Same(removed.Contains(pair.A)
+                                || removed.Contains(pair.B) ? EndReason.Removed : EndReason.MovedApart,
+                                pair.Reason, "the reason");
                         }
                         Expect.SameSets(ended, found, "what ended");
                         found.Clear();
@@ -85,9 +93,13 @@ namespace Jostle.Tests
                             found.Add(two);
                         }
                         foreach (Two two in stays)
-                            if (moved.Contains(new ObjectId { Value = two.A }) || moved.Contains(new ObjectId { Value = two.B }))
-                                Expect.True(hostile || found.Contains(two), two + " isn't among what persists"); // the same odd box again is no change
-                        Expect.Same(world.Began.Count + world.Persisted.Count, world.ChangedPairs.Count, "changed pairs");
+                            if (moved.Contains(new ObjectId { Value = two.A })
+                                || moved.Contains(new ObjectId { Value = two.B }))
+                                // the same odd box again is no change
+                                Expect.True(hostile || found.Contains(two),
+                                    two + " isn't among what persists");
+                        Expect.Same(world.Began.Count + world.Persisted.Count, world.ChangedPairs.Count,
+                            "changed pairs");
                         Expect.Same((long)boxes.Count, world.Count, "the number of objects");
                         foreach (ObjectId id in removed) Expect.True(!world.Contains(id), "still there");
                         before = now;
@@ -131,14 +143,16 @@ namespace Jostle.Tests
             using (World world = new World(Space.Float2))
             {
                 Box2 box = new Box2(new Vec2(0, 0), new Vec2(1, 1));
-                ObjectId wall = world.Add(box, ObjectFilter.Static), floor = world.Add(box, ObjectFilter.Static), ball = world.Add(box);
+                ObjectId wall = world.Add(box, ObjectFilter.Static),
+                    floor = world.Add(box, ObjectFilter.Static), ball = world.Add(box);
                 world.Update();
                 Expect.Same(2L, world.Began.Count, "pairs of two static ones and another");
                 ObjectFilter nobody = ObjectFilter.All;
                 nobody.Mask = 0;
                 world.SetFilter(ball, nobody);
                 world.Update();
-                foreach (EndedPair pair in world.Ended) Expect.Same(EndReason.Filtered, pair.Reason, "the reason");
+                foreach (EndedPair pair in world.Ended) Expect.Same(EndReason.Filtered, pair.Reason,
+                    "the reason");
                 Expect.Same(2L, world.Ended.Count, "what ended");
                 world.SetFilter(ball, ObjectFilter.All);
                 world.SetEnabled(wall, false);
@@ -224,7 +238,8 @@ namespace Jostle.Tests
                 GC.WaitForPendingFinalizers();
             }
             foreach (WeakReference one in seen) alive += one.IsAlive ? 1 : 0;
-            Expect.True(alive < 10, alive + " of 50 worlds are never collected"); // some may be seen on a stack
+            // some may be seen on a stack
+            Expect.True(alive < 10, alive + " of 50 worlds are never collected");
         }
     }
 }
