@@ -35,7 +35,8 @@ namespace Jostle
     {
         public ObjectId A, B;
         public EndReason Reason;
-        readonly int reserved;
+        /// <summary>0.</summary>
+        public int Reserved;
         public override string ToString() { return A + " and " + B + ": " + Reason; }
     }
 

@@ -113,6 +113,26 @@ namespace Jostle.Tests
             }
         }
 
+        public static void CopiedFromSeveralBlocks()
+        {
+            Box3[] boxes = Some.Boxes(13, 6000, false);
+            using (PairFinder finder = new PairFinder())
+            {
+                View<Pair> found = finder.Find(boxes);
+                Expect.True(found.BlockCount > 1, "there is one block");
+                Pair[] copied = found.ToArray();
+                int at = 0;
+                for (int block = 0; block < found.BlockCount; ++block)
+                    foreach (Pair pair in found.Block(block)) Expect.Same(pair, copied[at++],
+                        "a pair of block " + block);
+                Expect.Same(copied.Length, at, "pairs in blocks");
+                at = 0;
+                foreach (Pair pair in found) Expect.Same(copied[at++], pair, "a pair");
+                Expect.Throws<ArgumentException>(() =>
+                    finder.Find(boxes).CopyTo(new Pair[copied.Length - 1]));
+            }
+        }
+
         public static void WithFilters()
         {
             Box3[] boxes = Some.Boxes(9, 500, false);

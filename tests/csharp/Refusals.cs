@@ -75,8 +75,7 @@ namespace Jostle.Tests
                 Expect.Throws<JostleException>(() => world.First(Query.Rays(new Ray2[1]), new Hit[1]), "28",
                     "steps of 20");
                 Expect.Throws<JostleException>(() => world.First(Query.Rays(Values.Of(new Late[2], 8)),
-                    new Hit[2]),
-                    "28", "56 bytes");
+                    new Hit[2]), "28", "56 bytes");
                 Expect.Throws<JostleException>(() => world.Any(Query.Boxes(new[] { unit }), new bool[2]),
                     "1 queries", "2 ");
                 Expect.Throws<ArgumentOutOfRangeException>(() => Query.Nearest(new Sphere3[1], 0));
