@@ -160,6 +160,33 @@ namespace Jostle.Tests
             }
         }
 
+        public static void OfTwoSetsWithFilters()
+        {
+            Box3[] a = Some.Boxes(30, 200, false), b = Some.Boxes(31, 300, false);
+            Random random = new Random(5);
+            Func<int, int, uint[]> numbers = (count, end) =>
+            {
+                uint[] made = new uint[count];
+                for (int i = 0; i < count; ++i) made[i] = (uint)random.Next(end);
+                return made;
+            };
+            Filter filter = new Filter
+            {
+                Category = numbers(200, 8), Mask = numbers(200, 8), Owner = numbers(200, 9),
+                CategoryB = numbers(300, 8), MaskB = numbers(300, 8), OwnerB = numbers(300, 9)
+            };
+            HashSet<Pair> expected = new HashSet<Pair>(), found = new HashSet<Pair>();
+            for (int i = 0; i < a.Length; ++i)
+                for (int j = 0; j < b.Length; ++j)
+                    if (Some.Touch(a[i], b[j]) && (filter.Category[i] & filter.MaskB[j]) != 0 &&
+                        (filter.CategoryB[j] & filter.Mask[i]) != 0 && filter.Owner[i] != filter.OwnerB[j])
+                        expected.Add(new Pair((uint)i, (uint)j));
+            using (PairFinder finder = new PairFinder())
+                foreach (Pair pair in finder.Find(a, b, filter)) found.Add(pair);
+            Expect.True(expected.Count > 10, "there is something to find");
+            Expect.SameSets(expected, found, "filtered pairs of two sets");
+        }
+
         public static void Streamed()
         {
             Box3[] boxes = Some.Boxes(11, 3000, false);

@@ -197,7 +197,7 @@ for page in pages:
             programs += block.lines
         elif block.language == "bash":
             check_shell(block)
-        elif block.language in ("c", "js") and page not in run_elsewhere[block.language]:
+        elif block.language in ("c", "js", "csharp") and page not in run_elsewhere[block.language]:
             problems.append(f"{block.place()}: nobody runs this {block.language}")
 compile_snippets("plain", snippets["plain"], [])
 for name, (needed, more, at_hand) in others.items():
