@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 using System;
 using System.Collections.Generic;
+using System.Reflection;
+using System.Runtime.InteropServices;
+using System.Threading;
 
 namespace Jostle.Tests
 {
@@ -164,6 +167,10 @@ namespace Jostle.Tests
                 world.SetMargin(ball, 1);
                 world.Update();
                 Expect.Same(1L, world.Began.Count, "with a margin");
+                world.Add(new Box2(new Vec2(9, 0), new Vec2(10, 1)));
+                world.Add(new Box2(new Vec2(11, 0), new Vec2(12, 1)), ObjectFilter.All, 1.5);
+                world.Update();
+                Expect.Same(1L, world.Began.Count, "with a margin from the beginning");
                 world.SetUserData(floor, 77);
                 Expect.Same(77UL, world.UserData(floor), "user data");
                 Expect.Same(0UL, world.UserData(ball), "user data of another");
@@ -210,11 +217,92 @@ namespace Jostle.Tests
             }
         }
 
+        public static void TakeCommandsFromAnyThread()
+        {
+            Box3[] boxes = Some.Boxes(41, 2000, false);
+            ObjectId[][] ids = new ObjectId[4][];
+            using (PairFinder finder = new PairFinder())
+            using (World world = new World())
+            {
+                Action<Action<int>> onFour = work =>
+                {
+                    Thread[] threads = new Thread[4];
+                    for (int k = 0; k < 4; ++k)
+                    {
+                        int which = k;
+                        threads[k] = new Thread(() => work(which));
+                        threads[k].Start();
+                    }
+                    foreach (Thread thread in threads) thread.Join();
+                };
+                onFour(k =>
+                {
+                    ids[k] = new ObjectId[500];
+                    world.Add(new Span<Box3>(boxes, 500 * k, 500), ids[k]);
+                });
+                world.Update();
+                Expect.Same(finder.Find(boxes).Count, world.Began.Count,
+                    "pairs of objects from four threads");
+                onFour(k => { foreach (ObjectId id in ids[k]) world.Move(id, new Box3()); });
+                world.Update();
+                Expect.Same(2000L * 1999 / 2, world.Began.Count + world.Persisted.Count,
+                    "pairs in one place");
+
+                // Disposed while others use it: they are told so.
+                World doomed = new World();
+                int told = 0;
+                onFour(k =>
+                {
+                    try
+                    {
+                        for (int i = 0; ; ++i)
+                        {
+                            if (k == 0 && i == 2000) doomed.Dispose();
+                            doomed.Add(new Box3());
+                        }
+                    }
+                    catch (ObjectDisposedException)
+                    {
+                        Interlocked.Increment(ref told);
+                    }
+                });
+                Expect.Same(4, told, "how many are told");
+                // A finder that two use at a time does one call, or the other is refused.
+                int done = 0, refused = 0;
+                onFour(k =>
+                {
+                    for (int i = 0; i < 50; ++i)
+                        try
+                        {
+                            finder.Find(boxes);
+                            Interlocked.Increment(ref done);
+                        }
+                        catch (InvalidOperationException)
+                        {
+                            Interlocked.Increment(ref refused);
+                        }
+                });
+                Expect.Same(200, done + refused, "calls");
+                Expect.True(done > 0, "none was done");
+            }
+        }
+
+        /// What native code is given as the context of accept lives as long as the world, and no longer.
+        public static void GiveTheContextBack()
+        {
+            FieldInfo field = typeof(Handle).GetField("context",
+                BindingFlags.Instance | BindingFlags.NonPublic);
+            World world = new World(Space.Float3, 0, (a, b) => true);
+            Expect.True(((GCHandle)field.GetValue(world.Handle)).IsAllocated, "no context");
+            world.Dispose();
+            Expect.True(!((GCHandle)field.GetValue(world.Handle)).IsAllocated, "a context");
+        }
+
         /// A world whose accept refers to it is collected all the same.
         public static void AreCollected()
         {
             WeakReference[] seen = new WeakReference[50];
-            System.Threading.Thread making = new System.Threading.Thread(() =>
+            Thread making = new Thread(() =>
             {
                 for (int i = 0; i < 50; ++i)
                 {
