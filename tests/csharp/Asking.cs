@@ -153,6 +153,40 @@ namespace Jostle.Tests
             }
         }
 
+        public static void WithFilters()
+        {
+            using (World world = new World())
+            using (Answers answers = new Answers())
+            {
+                Box3 box = new Box3(new Vec3(0, 0, 0), new Vec3(1, 1, 1));
+                ObjectFilter red = ObjectFilter.All, owned = ObjectFilter.All;
+                red.Category = 2;
+                owned.Owner = 7;
+                owned.Mask = 1;
+                ObjectId plain = world.Add(box), colored = world.Add(box, red), mine = world.Add(box, owned);
+                world.Update();
+                QueryFilter[] filters =
+                {
+                    null, new QueryFilter { Owner = 7 }, new QueryFilter { Mask = 2 },
+                        new QueryFilter { Category = 2 },
+                    new QueryFilter { Exclude = plain }
+                };
+                ObjectId[][] expected =
+                {
+                    new[] { plain, colored, mine }, new[] { plain, colored }, new[] { colored },
+                        new[] { plain, colored },
+                    new[] { colored, mine }
+                };
+                for (int k = 0; k < filters.Length; ++k)
+                {
+                    world.All(box, answers, filters[k]);
+                    Expect.SameSets(new HashSet<ObjectId>(expected[k]),
+                        new HashSet<ObjectId>(answers.Of(0).ToArray()),
+                        "answers with filter " + k);
+                }
+            }
+        }
+
         public static void AboutShapes()
         {
             using (World world = new World())
@@ -193,6 +227,9 @@ namespace Jostle.Tests
                     new[] { new Vec3(10, 0, 0), new Vec3(10, 0, 0) }), objects, hits, details);
                 Expect.True(hits[0].Object == ids[0] && !hits[1].Found, "what sweeps meet");
                 Expect.Near(0.3, details[0].Fraction, "where a ball that sweeps meets a ball");
+                Expect.Throws<JostleException>(() => world.First(Query.Rays(rays),
+                    new Objects(shapes, poses), new Hit[3],
+                    new CastHit3[2]), "3 hits", "2 details");
                 Distance3[] distances = new Distance3[2];
                 world.First(Query.NearestToShapes(new Objects(shapes, from)), objects, hits, distances);
                 Expect.True(hits[0].Object == ids[0] && hits[1].Object == ids[0], "the nearest shapes");

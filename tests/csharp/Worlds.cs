@@ -150,6 +150,15 @@ namespace Jostle.Tests
                     floor = world.Add(box, ObjectFilter.Static), ball = world.Add(box);
                 world.Update();
                 Expect.Same(2L, world.Began.Count, "pairs of two static ones and another");
+                ObjectFilter still = ObjectFilter.All;
+                still.IsStatic = true;
+                Expect.True(still.IsStatic && ObjectFilter.Static.IsStatic && !ObjectFilter.All.IsStatic,
+                    "static");
+                world.SetFilter(ball, still);
+                world.Update();
+                Expect.Same(2L, world.Ended.Count, "pairs of what is static now");
+                world.SetFilter(ball, ObjectFilter.All);
+                world.Update();
                 ObjectFilter nobody = ObjectFilter.All;
                 nobody.Mask = 0;
                 world.SetFilter(ball, nobody);
@@ -171,6 +180,13 @@ namespace Jostle.Tests
                 world.Add(new Box2(new Vec2(11, 0), new Vec2(12, 1)), ObjectFilter.All, 1.5);
                 world.Update();
                 Expect.Same(1L, world.Began.Count, "with a margin from the beginning");
+                // Of several commands for one object the one with the greatest sequence counts.
+                world.Move(new[] { ball }, new[] { new Box2(new Vec2(50, 0), new Vec2(51, 1)) }, 5);
+                world.Move(new[] { ball }, new[] { new Box2(new Vec2(60, 0), new Vec2(61, 1)) }, 3);
+                world.Update();
+                Box2[] where = new Box2[1];
+                world.GetBoxes(new[] { ball }, new Span<Box2>(where));
+                Expect.Same(50f, where[0].Min.X, "where the ball is");
                 world.SetUserData(floor, 77);
                 Expect.Same(77UL, world.UserData(floor), "user data");
                 Expect.Same(0UL, world.UserData(ball), "user data of another");
