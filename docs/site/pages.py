@@ -19,7 +19,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).parent))
 import reference  # noqa: E402
 
 root = pathlib.Path(__file__).resolve().parents[2]
-languages = {".cpp": "cpp", ".hpp": "cpp", ".h": "c", ".c": "c", ".py": "python", ".rs": "rust", ".go": "go", ".lua": "lua",
+languages = {".cpp": "cpp", ".hpp": "cpp", ".h": "c", ".c": "c", ".py": "python", ".rs": "rust", ".go": "go", ".lua": "lua", ".cs": "csharp",
              ".txt": "text", ".json": "json", ".sh": "bash", ".abi": "text", "": "bash"}
 # A link or picture of Markdown, and what must be passed over: blocks of code, and code within a line.
 markdown_link = re.compile(r"(^ *```.*?^ *```$|^(?: {4}[^\n]*\n)+|``.+?``|`[^`]+`)|(\]\()([^)\s]+)(\))", re.MULTILINE | re.DOTALL)
@@ -36,7 +36,8 @@ words = {
     "migrate/hash-grid/": "spatial hash hashing grid",
     "reference/box_index_hpp/": "AABB tree BVH Rtree",
     "guide/contacts/": "narrowphase narrow manifold GJK EPA penetration",
-    "guide/c/": "C# csharp dotnet .NET Unity Unreal FFI P/Invoke bindings Zig Julia",
+    "guide/csharp/": "C# csharp dotnet .NET Unity Godot mono",
+    "guide/c/": "Unreal FFI P/Invoke bindings Zig Julia",
     "guide/install/": "cmake FetchContent install Windows MSVC macOS mingw",
     "guide/packages/": "vcpkg conan Debian apt",
     "guide/python/": "numpy pandas geopandas shapely cKDTree pip wheel",

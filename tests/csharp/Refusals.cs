@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 using System;
+using System.Reflection;
 using System.Runtime.InteropServices;
 
 namespace Jostle.Tests
@@ -268,6 +269,51 @@ namespace Jostle.Tests
             Expect.Throws<JostleException>(() => new World((Space)9), "9");
             Expect.Throws<JostleException>(() => new World(Space.Float3, double.NaN), "margin");
             Expect.Throws<OverflowException>(() => Executor.Threads(-1));
+        }
+
+        /// How often a handle is held: once while its object isn't disposed, and by nobody afterwards.
+        static int Holds(object owner)
+        {
+            const BindingFlags hidden = BindingFlags.Instance | BindingFlags.NonPublic;
+            FieldInfo state = typeof(SafeHandle).GetField("_state",
+                hidden) ?? typeof(SafeHandle).GetField("state", hidden);
+            foreach (FieldInfo field in owner.GetType().GetFields(hidden))
+                if (typeof(SafeHandle).IsAssignableFrom(field.FieldType))
+                    return (int)state.GetValue(field.GetValue(owner)) >> 2; // the lower bits are flags
+            throw new Exception(owner + " has no handle");
+        }
+
+        public static void HoldNoHandles()
+        {
+            Executor executor = Executor.Serial();
+            Shape ball = Shape.Sphere(1);
+            Shapes shapes = new Shapes();
+            shapes.Add(ball);
+            Pose3[] poses = { new Pose3(new Vec3(0, 0, 0)) };
+            Box3[] boxes = new Box3[1];
+            Objects objects = new Objects(shapes, poses);
+            using (Shape.Compound(new[] { ball }, poses))
+            using (PairFinder finder = new PairFinder(executor))
+            using (ContactFinder3 contacts = new ContactFinder3(executor))
+            using (World world = new World(Space.Float3, 0, null, executor))
+            using (Answers answers = new Answers())
+            {
+                objects.Bounds(boxes);
+                world.Add(boxes[0]);
+                world.Update();
+                contacts.Find(objects, new Objects(shapes, new Pose3[] { poses[0] }), new[] { new Pair(0, 0) });
+                Ray3[] rays = { new Ray3(new Vec3(-5, 0, 0), new Vec3(1, 0, 0)) };
+                world.First(Query.Rays(rays), objects, new Hit[1], new CastHit3[1]);
+                world.All(Query.Shapes(objects), answers, null, objects);
+                Expect.Throws<JostleException>(() => contacts.Find(new Objects(shapes, poses),
+                    new[] { new Pair(0, 1) }));
+            }
+            foreach (IDisposable one in new IDisposable[] { executor, ball, shapes })
+            {
+                Expect.Same(1, Holds(one), "how often " + one + " is held");
+                one.Dispose();
+                Expect.Same(0, Holds(one), "how often " + one + " is held afterwards");
+            }
         }
 
         public static void OfAnotherVersion()

@@ -56,7 +56,7 @@ docs = {doc["location"]: doc for doc in json.loads(index.read_text())["docs"]}
 if index.stat().st_size > 1_000_000:
     problems.append(f"the search's index has {index.stat().st_size} bytes")
 problems += [f"the search finds {location}" for location in docs if re.match("decisions/.|source/", location)]
-for word, location in (("C#", "guide/c/"), ("kNN", "guide/queries/"), ("tree", "reference/box_index_hpp/"), ("cmake", "guide/install/")):
+for word, location in (("C#", "guide/csharp/"), ("kNN", "guide/queries/"), ("tree", "reference/box_index_hpp/"), ("cmake", "guide/install/")):
     if word not in docs[location].get("tags", []):
         problems.append(f"{location} isn't found by {word}")
 for header, first in (("find_pairs", "PairFinder"), ("world", "World"), ("contact", "ContactFinder"), ("shapes", "Shape")):
