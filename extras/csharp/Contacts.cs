@@ -155,9 +155,10 @@ namespace Jostle
     /// it.</summary>
     public sealed unsafe class Shape : IDisposable
     {
-        internal readonly ShapeHandle Handle;
-        Shape(ShapeHandle handle) { Handle = handle; }
-        public void Dispose() { Handle.Dispose(); }
+        readonly ShapeHandle made;
+        internal ShapeHandle Handle { get { return made.Open(this); } }
+        Shape(ShapeHandle handle) { made = handle; }
+        public void Dispose() { made.Dispose(); }
 
         static Shape Made(Status status, ShapeHandle handle, Native.jostle_error* error)
         {
@@ -296,7 +297,7 @@ namespace Jostle
             finally
             {
                 for (int i = 0; i < children.Length; ++i)
-                    if (held[i]) children[i].Handle.DangerousRelease();
+                    if (held[i]) children[i].made.DangerousRelease();
             }
         }
 
@@ -314,16 +315,17 @@ namespace Jostle
     /// <summary>One shape for each object. Read by any number of threads, changed by one.</summary>
     public sealed unsafe class Shapes : IDisposable
     {
-        readonly ShapesHandle handle;
+        readonly ShapesHandle made;
+        ShapesHandle handle { get { return made.Open(this); } }
         public int Dim { get; }
-        public void Dispose() { handle.Dispose(); }
+        public void Dispose() { made.Dispose(); }
 
         public Shapes(int dim = 3)
         {
             Library.Require();
             Dim = dim;
             Native.jostle_error error;
-            JostleException.Check(Native.jostle_shapes_new(dim, out handle, &error), &error);
+            JostleException.Check(Native.jostle_shapes_new(dim, out made, &error), &error);
         }
 
         public long Count
@@ -368,7 +370,7 @@ namespace Jostle
             handle.DangerousAddRef(ref held);
             return handle.DangerousGetHandle();
         }
-        internal void Release() { handle.DangerousRelease(); }
+        internal void Release() { made.DangerousRelease(); } // maybe disposed meanwhile
     }
 
     /// <summary>Objects with a shape and a pose each. Poses are Pose3, Pose2, or numbers or structs like
@@ -436,8 +438,9 @@ namespace Jostle
         where TDistance : struct
     {
         readonly Space space;
-        readonly ContactFinderHandle handle;
-        internal override Handle Handle { get { return handle; } }
+        readonly ContactFinderHandle made;
+        ContactFinderHandle handle { get { return made.Open(this); } }
+        internal override Handle Handle { get { return made; } }
 
         internal ContactFinder(Space space, Executor executor)
         {
@@ -448,12 +451,12 @@ namespace Jostle
             {
                 Native.jostle_options options = Executor.Options(executor, ref held);
                 Native.jostle_error error;
-                JostleException.Check(Native.jostle_contact_finder_new(space, &options, out handle, &error),
+                JostleException.Check(Native.jostle_contact_finder_new(space, &options, out made, &error),
                     &error);
             }
             finally
             {
-                if (held) executor.Handle.DangerousRelease();
+                if (held) executor.Release();
             }
         }
 

@@ -54,8 +54,8 @@ namespace Jostle
                 catch (DllNotFoundException thrown)
                 {
                     throw new DllNotFoundException("the library itself isn't found: put jostle.dll " +
-                        "(Windows), libjostle.so (Linux) or libjostle.dylib (macOS) beside the program, or in " +
-                        "Unity into Assets/Plugins", thrown);
+                        "(Windows), libjostle.so (Linux) or libjostle.dylib (macOS) beside the program, " +
+                        "or in Unity into Assets/Plugins", thrown);
                 }
                 return new Version((int)major, (int)minor, (int)patch);
             }
@@ -101,10 +101,20 @@ namespace Jostle
 
         internal void Expect(int state)
         {
-            if (Handle.IsClosed) throw new ObjectDisposedException(GetType().Name);
+            Handle.Open(this);
             if (state == State) return;
             throw new InvalidOperationException("these results are no longer valid: " + GetType().Name +
                 " was called since; copy them with ToArray()");
+        }
+    }
+
+    static class Handles
+    {
+        // The marshaller would throw as well, without saying what is disposed.
+        internal static H Open<H>(this H handle, object owner) where H : Handle
+        {
+            if (handle.IsClosed) throw new ObjectDisposedException(owner.GetType().Name);
+            return handle;
         }
     }
 

@@ -6,8 +6,8 @@ namespace Jostle
     /// <summary>Where work runs. What is given none takes all cores, on the library's own threads.</summary>
     public sealed class Executor : IDisposable
     {
-        internal readonly ExecutorHandle Handle;
-        Executor(ExecutorHandle handle) { Handle = handle; }
+        readonly ExecutorHandle made;
+        Executor(ExecutorHandle handle) { made = handle; }
 
         /// <summary>Everything on the calling thread.</summary>
         public static unsafe Executor Serial()
@@ -30,7 +30,7 @@ namespace Jostle
             return new Executor(handle);
         }
 
-        public void Dispose() { Handle.Dispose(); }
+        public void Dispose() { made.Dispose(); }
 
         // What an object is made with. `held`: whether the executor's handle is to be released after the
         // call.
@@ -40,10 +40,11 @@ namespace Jostle
             options.struct_size = (ulong)sizeof(Native.jostle_options);
             if (executor != null)
             {
-                executor.Handle.DangerousAddRef(ref held);
-                options.executor = executor.Handle.DangerousGetHandle();
+                executor.made.Open(executor).DangerousAddRef(ref held);
+                options.executor = executor.made.DangerousGetHandle();
             }
             return options;
         }
+        internal void Release() { made.DangerousRelease(); }
     }
 }

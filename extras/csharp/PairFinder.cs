@@ -45,10 +45,11 @@ namespace Jostle
         static readonly Native.jostle_sink_function sinkFunction = Sink;
         static readonly IntPtr sinkPointer = Marshal.GetFunctionPointerForDelegate(sinkFunction);
 
-        readonly FinderHandle handle;
+        readonly FinderHandle made;
+        FinderHandle handle { get { return made.Open(this); } }
         readonly Asked<Func<uint, uint, bool>> accept = new Asked<Func<uint, uint, bool>>();
         readonly Asked<PairSink> sink = new Asked<PairSink>();
-        internal override Handle Handle { get { return handle; } }
+        internal override Handle Handle { get { return made; } }
 
         public PairFinder(Executor executor = null)
         {
@@ -58,11 +59,11 @@ namespace Jostle
             {
                 Native.jostle_options options = Executor.Options(executor, ref held);
                 Native.jostle_error error;
-                JostleException.Check(Native.jostle_finder_new(&options, out handle, &error), &error);
+                JostleException.Check(Native.jostle_finder_new(&options, out made, &error), &error);
             }
             finally
             {
-                if (held) executor.Handle.DangerousRelease();
+                if (held) executor.Release();
             }
         }
 

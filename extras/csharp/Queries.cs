@@ -168,8 +168,9 @@ namespace Jostle
     /// <summary>The answers to many queries, read in place. Made once and filled again and again.</summary>
     public sealed unsafe class Answers : Owner
     {
-        internal readonly ResultsHandle Results = NewResults();
-        internal override Handle Handle { get { return Results; } }
+        readonly ResultsHandle made = NewResults();
+        internal ResultsHandle Results { get { return made.Open(this); } }
+        internal override Handle Handle { get { return made; } }
         Native.jostle_lists lists;
 
         internal static ResultsHandle NewResults()
@@ -190,7 +191,7 @@ namespace Jostle
         }
 
         /// <summary>How many queries there were.</summary>
-        public int Queries { get { return Results.IsClosed ? 0 : checked((int)lists.queries); } }
+        public int Queries { get { return made.IsClosed ? 0 : checked((int)lists.queries); } }
         /// <summary>What the query of that number found; along rays and nearest first, else by id.</summary>
         public View<ObjectId> Of(int query)
         {
@@ -215,7 +216,7 @@ namespace Jostle
 
         void Known(int query)
         {
-            if (Results.IsClosed) throw new ObjectDisposedException(nameof(Answers));
+            made.Open(this);
             if ((ulong)query >= lists.queries)
                 throw new ArgumentOutOfRangeException(nameof(query),
                     "query " + query + " of " + lists.queries);

@@ -69,10 +69,11 @@ namespace Jostle
         static readonly Native.jostle_accept_object_pair_function acceptFunction = Accept;
         static readonly IntPtr acceptPointer = Marshal.GetFunctionPointerForDelegate(acceptFunction);
 
-        readonly WorldHandle handle;
+        readonly WorldHandle made;
+        WorldHandle handle { get { return made.Open(this); } }
         readonly Asked<Func<ObjectId, ObjectId, bool>> accept;
         public Space Space { get; }
-        internal override Handle Handle { get { return handle; } }
+        internal override Handle Handle { get { return made; } }
 
         /// <summary>`margin`: by how much all boxes are enlarged. `accept`: asked in Update, on its thread,
         /// about each pair that would begin. What it throws ends the update, which then has done nothing, and
@@ -100,14 +101,14 @@ namespace Jostle
                     options.context = (void*)GCHandle.ToIntPtr(context);
                 }
                 Native.jostle_error error;
-                JostleException.Check(Native.jostle_world_new(space, &options, out handle, &error), &error);
-                handle.Keep(context); // which is freed after the world
+                JostleException.Check(Native.jostle_world_new(space, &options, out made, &error), &error);
+                made.Keep(context); // which is freed after the world
                 context = default(GCHandle);
             }
             finally
             {
                 if (context.IsAllocated) context.Free();
-                if (held) executor.Handle.DangerousRelease();
+                if (held) executor.Release();
             }
         }
 

@@ -2,6 +2,7 @@
 using System;
 using System.Reflection;
 using System.Runtime.InteropServices;
+using System.Threading;
 
 namespace Jostle.Tests
 {
@@ -127,27 +128,31 @@ namespace Jostle.Tests
                 one.Dispose();
                 one.Dispose(); // twice is once
             }
-            Expect.Throws<ObjectDisposedException>(() => finder.Find(new[] { unit }));
-            Expect.Throws<ObjectDisposedException>(() => finder.Stream(new[] { unit }, pairs => true));
-            Expect.Throws<ObjectDisposedException>(() => finder.ReleaseMemory());
-            Expect.Throws<ObjectDisposedException>(() => world.Update());
-            Expect.Throws<ObjectDisposedException>(() => world.Add(unit));
-            Expect.Throws<ObjectDisposedException>(() => world.Move(id, unit));
-            Expect.Throws<ObjectDisposedException>(() => Began(world));
-            Expect.Throws<ObjectDisposedException>(() => world.Save());
             Hit hit;
-            Expect.Throws<ObjectDisposedException>(() => world.First(new Ray3(), out hit));
-            Expect.Throws<ObjectDisposedException>(() => Of(answers, 0));
-            Expect.Throws<ObjectDisposedException>(() => new Shapes().Add(ball));
-            Expect.Throws<ObjectDisposedException>(() => shapes.Add(Shape.Sphere(1)));
-            Expect.Throws<ObjectDisposedException>(() => new ContactFinder3().Find(new Objects(shapes,
-                new Pose3[1]), new Pair[1]));
-            Expect.Throws<ObjectDisposedException>(() => new Objects(shapes,
-                new Pose3[1]).Bounds(new Box3[1]));
-            Expect.Throws<ObjectDisposedException>(() => contacts.Find(new Objects(new Shapes(),
-                new Pose3[0]), new Pair[0]));
-            Expect.Throws<ObjectDisposedException>(() => new PairFinder(executor));
-            Expect.Throws<ObjectDisposedException>(() => new World(Space.Float3, 0, null, executor));
+            Gone("PairFinder", () => finder.Find(new[] { unit }));
+            Gone("PairFinder", () => finder.Stream(new[] { unit }, pairs => true));
+            Gone("PairFinder", () => finder.ReleaseMemory());
+            Gone("World", () => world.Update());
+            Gone("World", () => world.Add(unit));
+            Gone("World", () => world.Move(id, unit));
+            Gone("World", () => Began(world));
+            Gone("World", () => world.Save());
+            Gone("World", () => world.First(new Ray3(), out hit));
+            Gone("Answers", () => Of(answers, 0));
+            Gone("Answers", () => { using (World other = new World()) other.All(unit, answers); });
+            Gone("Shape", () => new Shapes().Add(ball));
+            Gone("Shape", () => Shape.Compound(new[] { ball }, new Pose3[1]));
+            Gone("Shapes", () => shapes.Add(Shape.Sphere(1)));
+            Gone("Shapes", () => new ContactFinder3().Find(new Objects(shapes, new Pose3[1]), new Pair[1]));
+            Gone("Shapes", () => new Objects(shapes, new Pose3[1]).Bounds(new Box3[1]));
+            Gone("ContactFinder3", () => contacts.Find(new Objects(new Shapes(), new Pose3[0]), new Pair[0]));
+            Gone("Executor", () => new PairFinder(executor));
+            Gone("Executor", () => new World(Space.Float3, 0, null, executor));
+        }
+
+        static void Gone(string owner, Action action)
+        {
+            Expect.Same(owner, Expect.Throws<ObjectDisposedException>(action).ObjectName, "what is disposed");
         }
 
         static void Began(World world)
@@ -235,6 +240,8 @@ namespace Jostle.Tests
             Expect.Throws<JostleException>(() => Shape.Capsule(1, double.PositiveInfinity), "inf");
             Expect.Throws<JostleException>(() => Shape.Hull(new Vec3[0]));
             Expect.Throws<JostleException>(() => Shape.Hull(new[] { new Vec2(0, 0) }), "8");
+            // Not side by side.
+            Expect.Throws<JostleException>(() => Shape.Hull(Values.Of(new Ray3[4])), "12", "28");
             Expect.Throws<JostleException>(() => Shape.Mesh(new Vec3[3], new[] { 0, 1, 3 }), "3");
             Expect.Throws<JostleException>(() => Shape.Mesh(new Vec3[3], new[] { 0, 1, -1 }), "4294967295");
             Expect.Throws<JostleException>(() => Shape.Mesh(new Vec3[3], new[] { 0, 1 }), "2");
@@ -301,7 +308,8 @@ namespace Jostle.Tests
                 objects.Bounds(boxes);
                 world.Add(boxes[0]);
                 world.Update();
-                contacts.Find(objects, new Objects(shapes, new Pose3[] { poses[0] }), new[] { new Pair(0, 0) });
+                Objects others = new Objects(shapes, new Pose3[] { poses[0] });
+                contacts.Find(objects, others, new[] { new Pair(0, 0) });
                 Ray3[] rays = { new Ray3(new Vec3(-5, 0, 0), new Vec3(1, 0, 0)) };
                 world.First(Query.Rays(rays), objects, new Hit[1], new CastHit3[1]);
                 world.All(Query.Shapes(objects), answers, null, objects);
@@ -314,6 +322,37 @@ namespace Jostle.Tests
                 one.Dispose();
                 Expect.Same(0, Holds(one), "how often " + one + " is held afterwards");
             }
+        }
+
+        /// What is disposed, or forgotten, is given back: the library doesn't know it any more.
+        public static unsafe void KeepNothingAlive()
+        {
+            IntPtr[] seen = new IntPtr[20];
+            Thread making = new Thread(() =>
+            {
+                for (int i = 0; i < seen.Length; ++i)
+                {
+                    PairFinder finder = new PairFinder();
+                    seen[i] = finder.Handle.DangerousGetHandle();
+                    if (i % 2 == 0) finder.Dispose();
+                }
+            });
+            making.Start();
+            making.Join();
+            for (int tries = 0; tries < 5; ++tries)
+            {
+                GC.Collect();
+                GC.WaitForPendingFinalizers();
+            }
+            int alive = 0;
+            for (int i = 0; i < seen.Length; ++i)
+            {
+                bool freed = Native.jostle_finder_free(seen[i], null) == Status.BadHandle;
+                if (i % 2 == 0) Expect.True(freed, "a finder that was disposed is there");
+                alive += freed ? 0 : 1;
+            }
+            // A stack may still name some.
+            Expect.True(alive < 3, alive + " of 10 finders that were forgotten are there");
         }
 
         public static void OfAnotherVersion()
