@@ -182,6 +182,8 @@ namespace Jostle
             return results;
         }
 
+        internal void Forget() { lists = default(Native.jostle_lists); }
+
         internal void Read()
         {
             Native.jostle_error error;
@@ -322,6 +324,7 @@ namespace Jostle
             answers.Enter();
             try
             {
+                answers.Forget(); // if the call fails, there are none
                 Ask(Verb.All, query, objects, default(Span<byte>), -1, default(Span<byte>), answers,
                     most == long.MaxValue ? ulong.MaxValue : (ulong)most, filter);
                 answers.Read();

@@ -278,6 +278,50 @@ namespace Jostle.Tests
             Expect.Throws<OverflowException>(() => Executor.Threads(-1));
         }
 
+        /// Structs that nobody filled in: refused, or empty, but never read.
+        public static void OfDefaults()
+        {
+            using (PairFinder finder = new PairFinder())
+            using (World world = new World())
+            using (Answers answers = new Answers())
+            using (Shapes shapes = new Shapes())
+            using (ContactFinder3 contacts = new ContactFinder3())
+            {
+                Expect.Throws<JostleException>(() => finder.Find(default(Boxes)), "space");
+                Expect.Same(0, default(Boxes).Count, "boxes");
+                world.Add(default(Boxes), new ObjectId[0]);
+                world.Add(unit);
+                world.Update();
+                Expect.Throws<JostleException>(() => world.First(default(Query), new Hit[0]), "kind");
+                Expect.Throws<JostleException>(() => world.First(default(Query), new Hit[1]), "0 queries");
+                Expect.Throws<JostleException>(() => world.All(default(Query), answers), "kind");
+                Expect.Throws<JostleException>(() => world.All(Query.Shapes(default(Objects)), answers));
+                Expect.Throws<JostleException>(() => world.All(Query.NearestToShapes(default(Objects)),
+                    answers));
+                Expect.Throws<JostleException>(() => world.All(Query.ShapeSweeps(default(Objects),
+                    new Vec3[1]), answers));
+                Expect.Throws<ArgumentOutOfRangeException>(() => Of(answers, 0));
+                // A call that fails leaves no answers, also where there were some.
+                world.All(unit, answers);
+                Expect.Same(1, answers.Queries, "queries");
+                Expect.Throws<JostleException>(() => world.All(default(Query), answers), "kind");
+                Expect.Same(0, answers.Queries, "queries after a failure");
+                Expect.Throws<ArgumentOutOfRangeException>(() => Of(answers, 0));
+                Expect.Throws<ArgumentNullException>(() => world.All(unit, null));
+                Expect.Throws<ArgumentNullException>(() => contacts.Find(default(Objects), new Pair[0]));
+                Expect.Throws<JostleException>(() => default(Objects).Bounds(new Box3[0]));
+                Expect.Same(0L, contacts.Find(new Objects(shapes, default(Values)),
+                    default(View<Pair>)).Count, "contacts");
+                Expect.Same(0, default(View<Pair>).ToArray().Length, "pairs");
+                foreach (Pair pair in default(View<Pair>)) Expect.True(false, "a pair");
+                Expect.Throws<ArgumentOutOfRangeException>(() => default(View<Pair>).Block(0));
+                Expect.Throws<JostleException>(() => world.SetUserData(default(ObjectId), 1));
+                Expect.Throws<JostleException>(() => Shape.Hull(default(Values)));
+                Expect.Throws<ArgumentNullException>(() => shapes.Add(null));
+                Expect.Throws<ArgumentNullException>(() => finder.Stream(new[] { unit }, null));
+            }
+        }
+
         /// How often a handle is held: once while its object isn't disposed, and by nobody afterwards.
         static int Holds(object owner)
         {
