@@ -93,11 +93,7 @@ namespace Jostle
         }
         internal void Leave() { Volatile.Write(ref busy, 0); }
 
-        public void Dispose()
-        {
-            ++State;
-            Handle.Dispose();
-        }
+        public void Dispose() { Handle.Dispose(); }
 
         internal void Expect(int state)
         {
