@@ -167,6 +167,11 @@ export interface Filter {
   categoryB?: Integers;
   maskB?: Integers;
   ownerB?: Integers;
+  /**
+   * Three numbers a box, 2**32 - 1 where it has fewer: boxes of one set with one in common don't pair, as
+   * triangles that share a vertex.
+   */
+  vertices?: Integers;
   /** The last so many boxes of one set are ghosts, which meet the others and not each other. */
   ghosts?: number;
   /**
@@ -199,7 +204,7 @@ export type Engine = "grid" | "chapter" | "uniform" | "brute";
 
 /** In space that repeats itself there is one set of boxes. */
 export interface PeriodicOptions
-  extends Pick<FindOptions, "dim" | "sort" | "category" | "mask" | "owner" | "accept"> {}
+  extends Pick<FindOptions, "dim" | "sort" | "category" | "mask" | "owner" | "vertices" | "accept"> {}
 
 /** Of many scenes: numbers of boxes are those within their scene, but for the filter's arrays. */
 export interface ScenesOptions
@@ -381,6 +386,64 @@ export interface Simulation extends Disposable {
   contacts(): Contacts;
 }
 export type SimulationShape = "sphere" | "cube" | "octahedron";
+
+// --- Neighbour lists -------------------------------------------------------------------------------------
+
+/** Arrays of any kind. */
+export type Rows<T> = ArrayLike<T> | ArrayLike<ArrayLike<T>> | ArrayLike<ArrayLike<ArrayLike<T>>>;
+
+export interface NeighborOptions {
+  /** Lengths, or a vector in each row; of many systems also such rows for each. Left out, space is open. */
+  cell?: Rows<number>;
+  /** Whether space repeats itself along the cell's vectors: one for all, or one for each. */
+  periodic?: boolean | Rows<boolean | number>;
+  /** By default true. false: each pair once, in the row of its lower point; not with `others`. */
+  full?: boolean;
+  /** Which members of Neighbors are wanted. By default "ij". */
+  quantities?: string;
+  /** A second set: the neighbours are among these. */
+  others?: Floats;
+  /** One for each of the others, where cutoff is one for each point. */
+  cutoffB?: Floats | ArrayLike<number>;
+  /** Of cutoffs of points a pair's is the greater, not the sum. */
+  greater?: boolean;
+  /** One whole number for each point: cutoff is a table then, one for each pair of types. */
+  types?: ArrayLike<number>;
+  typesB?: ArrayLike<number>;
+  /**
+   * Many systems in one array: where the points of each begin, and the end. All points are numbered in a row.
+   */
+  offsets?: ArrayLike<number>;
+}
+
+/** Those that were asked for; each is the caller's. */
+export interface Neighbors {
+  /** The point, ascending, and its neighbour. */
+  i: Uint32Array;
+  j: Uint32Array;
+  /** By how many of the cell's vectors the neighbour's image is shifted: `dim` numbers each. */
+  S: Int32Array;
+  /** From the point to that image: `dim` numbers each, of the points' type. */
+  D: FloatArray;
+  /** The length of that. */
+  d: FloatArray;
+  /** The neighbours of point i are j[o[i]] to j[o[i + 1] - 1], so that `i` isn't needed. */
+  o: Float64Array;
+}
+
+/** Neighbour lists for steps of a simulation: a finder keeps its memory. */
+export interface NeighborFinder extends Disposable {
+  readonly dim: Dimension;
+  readonly type: NumberType;
+  /** As `neighbors`. */
+  find(points: Floats, cutoff: number | Floats | ArrayLike<number>, options?: NeighborOptions): Neighbors;
+  /**
+   * False if the last call found the list that the skin had kept to be enough: with a skin, a search looks
+   * that much further, and later calls choose from what it found while no point has moved half as far.
+   */
+  readonly searched: boolean;
+  releaseMemory(): void;
+}
 
 // --- Queries ---------------------------------------------------------------------------------------------
 
@@ -837,6 +900,20 @@ export interface Jostle extends JostlePairs {
   readonly simulations: readonly SimulationInfo[];
   simulation(options?: SimulationOptions): Simulation;
 
+  /**
+   * For each point all points within a cutoff, with all of their images where space repeats itself: those at
+   * |D|^2 <= cutoff^2 in the points' numbers, to which cell and cutoffs are rounded. A point isn't its own
+   * neighbour; its images may be. Rows ascend by j, then by S. `cutoff` is one number for all pairs; one for
+   * each point, of which a pair's is the sum; or with `types` a table.
+   */
+  neighbors(
+    points: Floats,
+    cutoff: number | Floats | ArrayLike<number>,
+    options: NeighborOptions & { dim: Dimension },
+  ): Neighbors;
+  readonly NeighborFinder: new (
+    options: { dim: Dimension; type?: NumberType; skin?: number },
+  ) => NeighborFinder;
   readonly BoxIndex: new (options: IndexOptions) => BoxIndex;
   readonly World: new (options: WorldOptions) => World;
   readonly PairSlots: new () => PairSlots;

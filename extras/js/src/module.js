@@ -3,6 +3,7 @@ import { BoxIndex } from "./box_index.js";
 import { ContactFinder } from "./contacts.js";
 import { MemoryArray, describe, refuse_detached, whole } from "./core.js";
 import { refuse } from "./error.js";
+import { NeighborFinder, neighbors } from "./neighbors.js";
 import { PairFinder, bricks, check_boxes, checksum, find_periodic_pairs } from "./pairs.js";
 import { Scene, Simulation, scene_list, simulation_list } from "./scenes.js";
 import { Shapes, bounds, shape_makers } from "./shapes.js";
@@ -29,6 +30,7 @@ export class Module {
     if (core.module._jostle_world_new === undefined) return; // it has pairs alone
     this.simulations =
       core.module._jostle_js_simulation_info === undefined ? Object.freeze([]) : simulation_list(core);
+    this.NeighborFinder = bound(core, NeighborFinder);
     this.BoxIndex = bound(core, BoxIndex);
     this.World = bound(core, World);
     this.PairSlots = bound(core, PairSlots);
@@ -90,6 +92,9 @@ export class Module {
   simulation(options) {
     if (this.simulations?.length === 0) refuse("this module has no simulations: they are of 3D");
     return new Simulation(this.#core, options);
+  }
+  neighbors(points, cutoff, options) {
+    return neighbors(this.#core, points, cutoff, options);
   }
   bounds(objects, options) {
     return bounds(this.#core, objects, options);

@@ -71,6 +71,14 @@ function filter_of(core, options, layout, accept_pointer) {
     filter ||= core.struct(layout);
     core.data.setBigUint64(filter + layout.ghosts, BigInt(whole(options.ghosts, "ghosts")), true);
   }
+  if (options.vertices !== undefined) {
+    if (layout.vertices === undefined) refuse("vertices are for searches within one set of boxes");
+    const { pointer, length } = core.integers(options.vertices, "vertices");
+    if (length % 3 !== 0)
+      refuse(`vertices has ${length} numbers: it must have three for each box`, "size_mismatch");
+    filter ||= core.struct(layout);
+    core.set_values(filter + layout.vertices, { pointer, count: length / 3 }, 12);
+  }
   if (options.accept === undefined) return { filter, forget() {} };
   filter ||= core.struct(layout);
   const number = core.remember(options.accept);
@@ -164,7 +172,7 @@ export class PairFinder extends Owned {
     const core = this.core;
     if (
       b !== undefined ||
-      ["category", "mask", "owner", "ghosts", "accept"].some((name) => options[name] !== undefined)
+      ["category", "mask", "owner", "ghosts", "vertices", "accept"].some((name) => options[name] !== undefined)
     )
       refuse("only the engine grid searches between two sets, or with a filter");
     const cell = options.cellSize ?? 0;

@@ -113,6 +113,16 @@ test("arguments of the wrong kind", async () => {
   refuses(() => jostle.findPairs(good, { dim: 3, category: Uint32Array.of(1, 2) }), /mask/, {
     status: "size_mismatch",
   });
+  const vertices = Uint32Array.of(1, 2, 3, 4, 5, 6);
+  refuses(() => jostle.findPairs(good, { dim: 3, vertices: vertices.subarray(1) }), /vertices has 5 numbers/, {
+    status: "size_mismatch",
+  });
+  refuses(() => jostle.findPairs(good, { dim: 3, vertices: vertices.subarray(3) }), /vertices/, {
+    status: "size_mismatch",
+  });
+  refuses(() => jostle.findPairs(good, good, { dim: 3, vertices }), /within one set/);
+  refuses(() => jostle.findScenes(good, [0, 2], { dim: 3, vertices }), /within one set of boxes/);
+  refuses(() => jostle.findPairs(good, { dim: 3, vertices, engine: "brute" }), /only the engine grid/);
   refuses(() => jostle.findPairs(good, { dim: 3, accept: 5 }), /5 is no function/);
   refuses(() => finder.stream(good, { dim: 3 }), /undefined is no function/);
   refuses(() => finder.stream(good, { dim: 3 }, Object.create(null)), /a object is no function/);

@@ -45,6 +45,15 @@ for (const [kind, loaded] of Object.entries(modules)) {
     assert.deepEqual(found({ owner }), slow_pairs(boxes, 3, strangers));
     assert.deepEqual(found({ category, mask, owner, accept: (a, b) => (a + b) % 3 !== 0 }),
       slow_pairs(boxes, 3, (i, j) => agree(i, j) && strangers(i, j) && (i + j) % 3 !== 0));
+    const vertices = Uint32Array.from({ length: 1200 }, () => (next() < 0.2 ? 0xffffffff : next() * 100));
+    const of = (i) => vertices.subarray(3 * i, 3 * i + 3);
+    const apart = (i, j) => !of(i).some((each) => each !== 0xffffffff && of(j).includes(each));
+    assert.deepEqual(found({ vertices }), slow_pairs(boxes, 3, apart));
+    assert.ok(found({ vertices }).length < found({}).length);
+    assert.deepEqual(found({ vertices, ghosts: 100, owner }),
+      slow_pairs(boxes, 3, (i, j) => apart(i, j) && strangers(i, j) && (i < 300 || j < 300)));
+    const periodic = jostle.findPeriodicPairs(boxes, [100, 0, 0], { dim: 3, sort: true, vertices });
+    assert.deepEqual([...periodic.pairs], slow_pairs(boxes, 3, apart));
     const others = random_boxes(300, 3, 6);
     const between = jostle.findPairs(boxes, others, {
       dim: 3,

@@ -48,6 +48,13 @@ async function game(): Promise<void> {
   );
   const none: boolean = index.first({ rays: new Float64Array(7) }).ids[0] === -1;
 
+  const cell = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
+  const { i, o } = jostle.neighbors(new Float64Array(6), 1, { dim: 3, cell, periodic: true });
+  const edges: Uint32Array = i;
+  const steps = new jostle.NeighborFinder({ dim: 3, skin: 0.3 });
+  const starts: Float64Array = steps.find(boxes, [1, 2], { quantities: "o" }).o;
+  console.log(o, edges, starts);
+
   const shapes = new jostle.Shapes({ shapes: [jostle.sphere(1), jostle.box([1, 2, 3])] });
   const contacts: Contacts = new jostle.ContactFinder({ dim: 3 }).find(
     { shapes, poses: poses(new Float32Array(6), { dim: 3 }) },
