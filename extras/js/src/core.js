@@ -166,7 +166,6 @@ class Scratch {
 
 export class Core {
   #buffer = null;
-  #error;
   #functions = new Map();
   #next_function = 1;
   #spare_results = [];
@@ -179,7 +178,7 @@ export class Core {
     this.closed = false;
     this.scratch = new Scratch(this);
     this.#refresh();
-    this.#error = this.allocate(C.jostle_error.sizeof);
+    this.error = this.allocate(C.jostle_error.sizeof);
     this.threads = threads;
     module.callbacks = this.#callbacks();
     this.serial = this.make("jostle_executor_serial");
@@ -273,11 +272,11 @@ export class Core {
     let status;
     this.#running.push(parameters[0]);
     try {
-      status = called(...parameters, this.#error);
+      status = called(...parameters, this.error);
     } finally {
       this.#running.pop();
     }
-    if (status !== 0) this.#fail(status);
+    if (status !== 0) this.fail(status);
   }
   /** Whether a call of the object at this place hasn't returned: then this is in a callback of it. */
   in_use(pointer) {
@@ -293,15 +292,16 @@ export class Core {
     });
   }
 
-  #fail(status) {
+  /** Throws what went wrong in a call that returned this status. */
+  fail(status) {
     if (this.#thrown) {
       const { error } = this.#thrown;
       this.#thrown = undefined;
       throw error;
     }
-    const index = this.data.getBigUint64(this.#error + C.jostle_error.index, true);
+    const index = this.data.getBigUint64(this.error + C.jostle_error.index, true);
     throw new JostleError(
-      this.string(this.#error + C.jostle_error.message),
+      this.string(this.error + C.jostle_error.message),
       C.jostle_status[status] ?? `status ${status}`,
       index === NONE ? undefined : Number(index),
     );

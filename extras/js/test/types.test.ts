@@ -12,6 +12,9 @@ import type {
   PairFinder,
   World,
 } from "jostle";
+import { Flatbush } from "jostle/flatbush";
+import { RBush } from "jostle/rbush";
+import type { BBox } from "jostle/rbush";
 
 async function game(): Promise<void> {
   const jostle: Jostle = await load({
@@ -53,7 +56,19 @@ async function game(): Promise<void> {
   const edges: Uint32Array = i;
   const steps = new jostle.NeighborFinder({ dim: 3, skin: 0.3 });
   const starts: Float64Array = steps.find(boxes, [1, 2], { quantities: "o" }).o;
-  console.log(o, edges, starts);
+  const tree = new RBush<BBox & { name: string }>().load([{ minX: 0, minY: 0, maxX: 1, maxY: 1, name: "a" }]);
+  const names: string[] = tree.search({ minX: 0, minY: 0, maxX: 1, maxY: 1 }).map((item) => item.name);
+  class Points extends RBush<[number, number]> {
+    toBBox([x, y]: [number, number]) {
+      return { minX: x, minY: y, maxX: x, maxY: y };
+    }
+  }
+  new Points().insert([1, 2]).remove([1, 2], (a, b) => a[0] === b[0]);
+  const flat = new Flatbush(1, 16, Float32Array);
+  flat.add(0, 0);
+  flat.finish();
+  const found: number[] = Flatbush.from(flat.data).search(0, 0, 1, 1, (index, x0) => index > x0);
+  console.log(o, edges, starts, names, found, flat.neighbors(0, 0, 1));
 
   const shapes = new jostle.Shapes({ shapes: [jostle.sphere(1), jostle.box([1, 2, 3])] });
   const contacts: Contacts = new jostle.ContactFinder({ dim: 3 }).find(
