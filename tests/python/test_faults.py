@@ -10,6 +10,7 @@ import ctypes
 import itertools
 import pickle
 import time
+import types
 
 import numpy as np
 import pytest
@@ -191,6 +192,19 @@ def seen(visit, *given, **more):
     return parts
 
 
+def meshes_of_trimesh():
+    """A manager that is made, moved and asked."""
+    mesh = types.SimpleNamespace(vertices=corners, faces=triangles)
+    manager = jostle.trimesh.CollisionManager(threads=1)
+    for k in range(4):
+        manager.add_object(str(k), mesh, np.eye(4) + 0.2 * k * np.eye(4, k=3))
+    manager.set_transform("1", np.eye(4) + 2 * np.eye(4, k=3))
+    manager.remove_object("2")
+    touches, names, data = manager.in_collision_internal(True, True)
+    return (touches, sorted(names), [one.point for one in data], manager.min_distance_single(mesh, np.eye(4) + 9 * np.eye(4, k=3)),
+            manager.min_distance_internal(), manager.in_collision_each(mesh, [np.eye(4)]))
+
+
 CALLS = {
     # Pairs of boxes.
     "find_pairs": lambda: jostle.find_pairs(boxes, threads=1),
@@ -249,6 +263,7 @@ CALLS = {
     "impacts": lambda: jostle.impacts(shapes, ways, pairs),
     "ray_casts": lambda: jostle.ray_casts(lines, shapes, at, pairs_of_two),
     "shape_casts": lambda: jostle.shape_casts(movers, from_where, [[3.0, 0, 0], [3, 0, 0]], shapes, at, pairs_of_two),
+    "trimesh": meshes_of_trimesh,
     # Responses.
     "sum_by_object": lambda: jostle.sum_by_object(np.arange(500) % 7, np.ones((500, 3)), 7, threads=1),
     "sum_by_object, two threads": lambda: jostle.sum_by_object(np.arange(9000) % 7, np.arange(9000), 7, threads=2),

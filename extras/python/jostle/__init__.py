@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import warnings as _warnings
 
-from . import ase
+from . import ase, trimesh
 from ._closed_mesh import ClosedMesh
 from ._contacts import (ContactFinder, bounds, contacts, distances, impacts, ray_casts, shape_casts, sum_by_object,
                         touching)
@@ -48,4 +48,4 @@ __all__ = ["Answers", "BoxIndex", "ClosePairs", "ClosedMesh", "ContactFinder", "
            "instruction_sets", "iter_pairs", "join", "mesh", "motions", "nearest", "nearest_to_boxes",
            "nearest_to_shapes", "neighbors", "overlapping", "plot", "posed_shapes",
            "poses", "ray_casts", "rays", "rounded_box", "rounded_hull", "shape_casts", "shape_sweeps", "spatial_order", "sphere", "spheres",
-           "sum_by_object", "sweeps", "touching", "version"]
+           "sum_by_object", "sweeps", "touching", "trimesh", "version"]
