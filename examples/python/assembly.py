@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Interference check of an assembly: which parts, each a triangle mesh, cut into which."""
+"""Interference and clearance of an assembly: which parts, each a triangle mesh, cut into which, and which are too near each other."""
 import numpy as np
 
 import jostle
@@ -19,9 +19,14 @@ parts = {"sleeve": tube(1.0, 4), "shaft": tube(0.9, 6), "thick pin": tube(1.05, 
 places = np.array([[0, 0, 0], [0.02, 0, -1], [0.1, 0, 1], [9, 0, 0]], float)
 shapes = jostle.Shapes([jostle.mesh(*part) for part in parts.values()])
 poses = jostle.poses(places)
-pairs = jostle.find_pairs(jostle.bounds(shapes, poses), order="sorted")
+clearance = 0.1
+pairs = jostle.find_pairs(jostle.bounds(shapes, poses, clearance / 2), order="sorted")  # boxes that are no further apart
 cut = jostle.touching(shapes, poses, pairs)
+gaps = jostle.distances(shapes, poses, pairs, max_distance=clearance)["distance"]  # infinite beyond
 names = list(parts)
-for (a, b), touches in zip(pairs, cut):
-    print(f"{names[a]} and {names[b]}: {'interfere' if touches else 'fit'}")
-assert [(names[a], names[b]) for a, b in pairs[cut]] == [("sleeve", "thick pin")]
+told = []
+for (a, b), touches, gap in zip(pairs, cut, gaps):
+    how = "interfere" if touches else f"are {gap:.3f} apart" if gap < clearance else "fit"
+    told.append((names[a], names[b], how))
+    print(*told[-1][:2], how)
+assert told == [("sleeve", "shaft", "are 0.079 apart"), ("sleeve", "thick pin", "interfere"), ("shaft", "thick pin", "are 0.069 apart")]

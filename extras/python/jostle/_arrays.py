@@ -58,7 +58,8 @@ def _exact_floats(whole: np.ndarray, name: str, dtype: np.dtype) -> np.ndarray:
     """Whole numbers as floats of a dtype, none of them rounded."""
     out = whole.astype(dtype)
     limits = np.iinfo(whole.dtype)
-    if max(-int(limits.min), int(limits.max)) <= 2**(np.finfo(dtype).nmant + 1):
+    most = 2**(np.finfo(dtype).nmant + 1)  # up to here there are all whole numbers
+    if max(-int(limits.min), int(limits.max)) <= most or -most <= int(whole.min(initial=0)) and int(whole.max(initial=0)) <= most:
         return out
     # The greatest number rounds to one that is no whole number of its dtype any more: it can't be taken back.
     beyond = out >= 2.0**limits.bits if limits.min == 0 else out >= 2.0**(limits.bits - 1)

@@ -393,6 +393,20 @@ def test_whole_numbers_are_taken_as_they_are_or_refused():
         jostle.find_pairs(np.zeros((2, 4), bool))
 
 
+def test_rectangles_that_share_area_are_those_whose_upper_bounds_may_be_lowered():
+    """What docs/start/rectangles.md says of a layout in which most only touch."""
+    rng = np.random.default_rng(6)
+    lower = rng.integers(0, 60, (400, 2)) + 2**40
+    layout = np.concatenate([lower, lower + rng.integers(1, 8, (400, 2))], axis=1)
+    for boxes in (layout, layout.astype(np.float64) * 0.1, (layout - 2**40).astype(np.float32) * np.float32(0.3)):
+        floats = boxes if boxes.dtype.kind == "f" else boxes.astype(float)
+        inside = np.concatenate([floats[:, :2], np.nextafter(floats[:, 2:], floats.dtype.type(-np.inf))], axis=1)
+        common = np.minimum(boxes[:, None, 2:], boxes[None, :, 2:]) - np.maximum(boxes[:, None, :2], boxes[None, :, :2])
+        for given, wanted in ((boxes, (common >= 0).all(axis=2)), (inside, (common > 0).all(axis=2))):
+            assert jostle.find_pairs(given, order="sorted").tolist() == np.argwhere(np.triu(wanted, 1)).tolist()
+        assert (common > 0).all(axis=2).sum() < (common >= 0).all(axis=2).sum()
+
+
 def test_numbers_that_are_none_are_refused_and_great_ones_kept():
     boxes = BOXES
     world = jostle.World()
