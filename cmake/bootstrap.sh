@@ -7,9 +7,10 @@ packages_run=("${packages_library[@]}" libcli11-dev nlohmann-json3-dev libfast-f
               libcpp-httplib-dev pkg-config zlib1g-dev) # which libassimp-dev links with but doesn't bring
 packages_test=("${packages_run[@]}" libgtest-dev librapidcheck-dev libgmp-dev clang-19 libclang-rt-19-dev clang-format-19
                assimp-testmodels python3 gnuplot-nox)
-packages_c=(rustc golang-go luajit abigail-tools valgrind) # languages that call the C interface; what compares binaries; what checks memory
+packages_c=(golang-go luajit abigail-tools valgrind) # languages that call the C interface; what compares binaries; what checks memory
 packages_csharp=(mono-mcs mono-runtime)
 packages_python=(pybind11-dev python3-dev python3-numpy python3-build python3-venv python3-pytest mypy python3-matplotlib python3-ase valgrind)
+packages_rust=(cargo)
 packages_bullet=(libbullet-dev) # what there are adapters for
 packages_fcl=(libfcl-dev)
 packages_mpi=(libopenmpi-dev openmpi-bin libtrilinos-zoltan-dev)
@@ -101,7 +102,7 @@ fi
 configure() {
     local preset=$1 dir=build/$1 key
     # What CMake found, or didn't, stays so until it is asked again.
-    key=$(cat CMakePresets.json cmake/bootstrap.sh | sha256sum)$PWD$(ls -d /usr/include/bullet /usr/include/fcl /usr/include/trilinos 2>/dev/null | tr '\n' ' ')$(command -v wine qemu-aarch64 qemu-s390x em++ chromium npm tsc rustc go luajit mcs mono abidiff valgrind mypy pytest-3 mkdocs doxygen mpiexec | tr '\n' ' ')
+    key=$(cat CMakePresets.json cmake/bootstrap.sh | sha256sum)$PWD$(ls -d /usr/include/bullet /usr/include/fcl /usr/include/trilinos 2>/dev/null | tr '\n' ' ')$(command -v wine qemu-aarch64 qemu-s390x em++ chromium npm tsc cargo go luajit mcs mono abidiff valgrind mypy pytest-3 mkdocs doxygen mpiexec | tr '\n' ' ')
     if [ ! -f "$dir/build.ninja" ] || [ "$(cat "$dir/configured" 2>/dev/null)" != "$key" ]; then
         if grep -qs '^CMAKE_HOME_DIRECTORY' "$dir/CMakeCache.txt" &&
             ! grep -q "^CMAKE_HOME_DIRECTORY:INTERNAL=$PWD\$" "$dir/CMakeCache.txt"; then

@@ -41,6 +41,7 @@ words = {
     "guide/install/": "cmake FetchContent install Windows MSVC macOS mingw",
     "guide/packages/": "vcpkg conan Debian apt",
     "guide/python/": "numpy pandas geopandas shapely cKDTree pip wheel",
+    "guide/rust/": "cargo crate glam nalgebra bevy rapier parry rstar",
     "guide/javascript/": "npm wasm WebAssembly vite webpack three.js TypeScript",
     "guide/fcl/": "MoveIt ROS robotics",
     "start/batch/": "GIS EDA CAD CSV",

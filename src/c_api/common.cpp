@@ -3,7 +3,6 @@
 #include <array>
 #include <cstring>
 
-#include "c_api/queries.hpp"
 #include "c_api/results.hpp"
 #include "jostle/version.hpp"
 
@@ -80,24 +79,6 @@ void hand_out_executor(jostle_executor** out, std::shared_ptr<Executor> executor
 std::shared_ptr<Executor> lent(Executor& executor)
 {
     return {std::shared_ptr<void>(), &executor};
-}
-
-/// Whether the box answers the query, and where: 0 for regions.
-template <class Query, int Dim, Coordinate T>
-std::optional<T> answer_of(const Query& query, const Aabb<Dim, T>& box)
-{
-    if constexpr (is_line(kind_of<Query>)) {
-        return hit_fraction(query, box);
-    } else if constexpr (is_nearest(kind_of<Query>)) {
-        T distance;
-        if constexpr (std::same_as<Query, Nearest<Dim, T>>)
-            distance = squared_distance(query.point, box);
-        else
-            distance = squared_distance(query.box, box);
-        return distance <= query.max_distance * query.max_distance ? std::optional(distance) : std::nullopt;
-    } else {
-        return overlaps(query, box) ? std::optional(T(0)) : std::nullopt;
-    }
 }
 
 } // namespace
@@ -270,28 +251,6 @@ jostle_status jostle_boxes_check(jostle_space space, const jostle_boxes* boxes, 
     return guarded(error, [&] {
         in_space(space,
                  [&](auto in) { check_boxes(view<in.dim, typename decltype(in)::T>(boxes, "boxes")); });
-    });
-}
-
-jostle_status jostle_box_answers(jostle_space space, const jostle_queries* queries, const void* box,
-                                 uint8_t* answers, double* at, jostle_error* error)
-{
-    return guarded(error, [&] {
-        in_space(space, [&](auto in) {
-            constexpr int dim = decltype(in)::dim;
-            using T = typename decltype(in)::T;
-            Aabb<dim, T> target;
-            std::memcpy(&target, wanted_array_of<T>(box, 2 * dim, "box"), sizeof target);
-            with_queries<Verb::visit, false, dim, T>(queries, 1, [&](auto asked) {
-                wanted_array(answers, asked.size(), "answers");
-                wanted_array(at, asked.size(), "at");
-                for (std::size_t i = 0; i < asked.size(); ++i) {
-                    const auto found = answer_of(asked[i], target);
-                    answers[i] = found ? 1 : 0;
-                    at[i] = found.value_or(T(0));
-                }
-            });
-        });
     });
 }
 

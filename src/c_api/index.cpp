@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <cstring>
 #include <variant>
 
 #include "c_api/queries.hpp"
@@ -94,6 +95,24 @@ void with_other(const jostle_index* index, const jostle_index* other, F&& inside
     const IndexContent& second = other != nullptr ? open(other) : content;
     if (content.space != second.space) refuse("the two indexes are of different spaces");
     content.on([&]<class Typed>(const Typed& typed) { inside(typed, std::get<Typed>(second.index)); });
+}
+
+/// Whether the box answers the query, and where: 0 for regions.
+template <class Query, int Dim, Coordinate T>
+std::optional<T> answer_of(const Query& query, const Aabb<Dim, T>& box)
+{
+    if constexpr (is_line(kind_of<Query>)) {
+        return hit_fraction(query, box);
+    } else if constexpr (is_nearest(kind_of<Query>)) {
+        T distance;
+        if constexpr (std::same_as<Query, Nearest<Dim, T>>)
+            distance = squared_distance(query.point, box);
+        else
+            distance = squared_distance(query.box, box);
+        return distance <= query.max_distance * query.max_distance ? std::optional(distance) : std::nullopt;
+    } else {
+        return overlaps(query, box) ? std::optional(T(0)) : std::nullopt;
+    }
 }
 
 std::span<const std::uint32_t> ids_of(const std::uint32_t* ids, std::uint64_t count)
@@ -291,6 +310,27 @@ jostle_status jostle_index_visit(const jostle_index* index, const jostle_queries
         wanted_function(visit, "visit");
         wanted(finished, "finished");
         *finished = ask_visit<IndexFilter>(open(index), query, objects, filter, visit, context) ? 1 : 0;
+    });
+}
+jostle_status jostle_box_answers(jostle_space space, const jostle_queries* queries, const void* box,
+                                 uint8_t* answers, double* at, jostle_error* error)
+{
+    return guarded(error, [&] {
+        in_space(space, [&](auto in) {
+            constexpr int dim = decltype(in)::dim;
+            using T = typename decltype(in)::T;
+            Aabb<dim, T> target;
+            std::memcpy(&target, wanted_array_of<T>(box, 2 * dim, "box"), sizeof target);
+            with_queries<Verb::visit, false, dim, T>(queries, 1, [&](auto asked) {
+                wanted_array(answers, asked.size(), "answers");
+                wanted_array(at, asked.size(), "at");
+                for (std::size_t i = 0; i < asked.size(); ++i) {
+                    const auto found = answer_of(asked[i], target);
+                    answers[i] = found ? 1 : 0;
+                    at[i] = found.value_or(T(0));
+                }
+            });
+        });
     });
 }
 jostle_status jostle_index_pairs(const jostle_index* index, const jostle_index* other,

@@ -471,6 +471,13 @@ bool with_bound(T& bound, const Call& call)
 
 // --- The verbs. `Wish`, as in with_filter, is the structure's. ---
 
+// A library without contacts, such as the Rust crate's without that feature, has boxes alone to ask about.
+#ifdef JOSTLE_WITHOUT_CONTACTS
+inline constexpr bool has_contacts = false;
+#else
+inline constexpr bool has_contacts = true;
+#endif
+
 /// inside(structure, queries, filter, shapes...) with everything in its type, and no shapes where boxes are
 /// asked about.
 template <class Wish, Verb verb, class Content, class F>
@@ -484,9 +491,13 @@ void ask(const Content& content, const jostle_queries* queries, const jostle_obj
             if (objects == nullptr)
                 return with_queries<verb, false, dim, T>(queries, limit,
                                                          [&](auto asked) { inside(structure, asked, wish); });
-            const typename Structure::Shapes shapes(objects_of<Objects, dim, T>(objects, "objects"));
-            with_queries<verb, true, dim, T>(queries, limit,
-                                             [&](auto asked) { inside(structure, asked, wish, shapes); });
+            if constexpr (has_contacts) {
+                const typename Structure::Shapes shapes(objects_of<Objects, dim, T>(objects, "objects"));
+                with_queries<verb, true, dim, T>(queries, limit,
+                                                 [&](auto asked) { inside(structure, asked, wish, shapes); });
+            } else {
+                refuse("this library was built without contacts: objects must be NULL");
+            }
         });
     });
 }

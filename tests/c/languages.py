@@ -12,15 +12,10 @@ scratch.mkdir(parents=True, exist_ok=True)
 folder = library.parent
 environment = {**os.environ, "LD_LIBRARY_PATH": str(folder)}
 expected = {
-    "rust": "began: 1 2\nended: 0 1, reason 0\n",
     "luajit": "near: 10 at 2.000\nnear: 9 at 2.500\nnear: 11 at 2.500\nray: 0 at 3\nbox 7\n",
     "go": "999 pairs, 999 contacts\n0 and 1 overlap by 0.10\n",
 }[language]
-if language == "rust":
-    source, program = examples / "world.rs", scratch / "world"
-    subprocess.run(["rustc", "-D", "warnings", "-L", folder, "-o", program, source], check=True)
-    command = [program]
-elif language == "luajit":
+if language == "luajit":
     source = examples / "nearest.lua"
     command = ["luajit", source, library, include]
 else:

@@ -11,6 +11,7 @@ python   runs, by Debian's Python, as one program with those before it on the pa
 bash     is well formed, and the command `jostle` has every subcommand and option that is named.
 c        is run by tests/c.
 js       is run by tests/js.
+rust     is run by tests/rust.
 cmake, text, json: shown as they are.
 
 There are no others, and no blocks without a fence, which would be checked by nobody.
@@ -36,10 +37,11 @@ others = {"bullet": (pathlib.Path("/usr/include/bullet"), ["-isystem", "/usr/inc
           "mpi": (pathlib.Path("/usr/include/x86_64-linux-gnu/mpi/mpi.h"),
                   [f"-I{source / 'extras' / 'mpi' / 'include'}", "-isystem", "/usr/include/x86_64-linux-gnu/mpi"],
                   "int count, char** arguments, int provided, std::uint64_t id")}
-known = {"cpp", "console", "python", "bash", "js", "c", "cmake", "text", "json", "csharp"}
+known = {"cpp", "console", "python", "bash", "js", "c", "cmake", "text", "json", "csharp", "rust"}
 run_elsewhere = {"c": {"docs/guide/c.md"}, ">>>": {"docs/guide/python.md", "docs/start/python.md", "docs/start/rectangles.md",
                                                            "docs/start/detections.md"},
-                 "js": {"docs/guide/javascript.md", "docs/start/browser.md"}, "csharp": {"docs/guide/csharp.md"}}
+                 "js": {"docs/guide/javascript.md", "docs/start/browser.md"}, "csharp": {"docs/guide/csharp.md"},
+                 "rust": {"docs/guide/rust.md"}}
 python = "/usr/bin/python3"
 has_numpy = subprocess.run([python, "-c", "import numpy"], stderr=subprocess.DEVNULL, check=False).returncode == 0
 problems, counts = [], {}
@@ -197,7 +199,7 @@ for page in pages:
             programs += block.lines
         elif block.language == "bash":
             check_shell(block)
-        elif block.language in ("c", "js", "csharp") and page not in run_elsewhere[block.language]:
+        elif block.language in ("c", "js", "csharp", "rust") and page not in run_elsewhere[block.language]:
             problems.append(f"{block.place()}: nobody runs this {block.language}")
 compile_snippets("plain", snippets["plain"], [])
 for name, (needed, more, at_hand) in others.items():
