@@ -40,7 +40,7 @@ pub enum ErrorKind {
 /// let error = jostle::find_pairs(&boxes).unwrap_err();
 /// assert_eq!(error.kind(), jostle::ErrorKind::NanCoordinate);
 /// assert_eq!(error.index(), Some(1));
-/// println!("{error}"); // box 1: lo[1] is NaN
+/// println!("{error}"); // box 1: lo.y is NaN; every bound must be a number (infinite is allowed)
 /// ```
 #[derive(Clone, PartialEq, Eq)]
 pub struct Error {

@@ -67,6 +67,26 @@ fn two_sets() {
         assert_eq!(sorted(finder.find_between(&first, &second).unwrap()), expected);
         let brute = find_pairs_brute_force(&first, Some(Boxes::from(&second)), &Filter::new()).unwrap();
         assert_eq!(brute.iter().map(|pair| (pair.a, pair.b)).collect::<Vec<_>>(), expected);
+
+        let random_values =
+            |random: &mut Random, count| -> Vec<u32> { (0..count).map(|_| random.below(4) as u32).collect() };
+        let (category, mask) = (random_values(&mut random, 90), random_values(&mut random, 90));
+        let (category_b, mask_b) = (random_values(&mut random, 70), random_values(&mut random, 70));
+        let (owner, owner_b) = (random_values(&mut random, 90), random_values(&mut random, 70));
+        let filter = Filter::new()
+            .layers(&category, &mask)
+            .layers_of_second(&category_b, &mask_b)
+            .owners(&owner)
+            .owners_of_second(&owner_b);
+        expected.retain(|(a, b)| {
+            let (a, b) = (*a as usize, *b as usize);
+            category[a] & mask_b[b] != 0 && category_b[b] & mask[a] != 0 && owner[a] != owner_b[b]
+        });
+        assert!(!expected.is_empty());
+        let second = Some(Boxes::from(&second));
+        assert_eq!(sorted(finder.find_with(&first, second, &filter, Order::Canonical).unwrap()), expected);
+        let brute = find_pairs_brute_force(&first, second, &filter).unwrap();
+        assert_eq!(brute.iter().map(|pair| (pair.a, pair.b)).collect::<Vec<_>>(), expected);
     }
 }
 
