@@ -1,34 +1,46 @@
 // SPDX-License-Identifier: MIT
 #include "base/checks.hpp"
 #include "base/instantiate.hpp"
+#include "base/number_text.hpp"
 
-#include <limits>
-#include <sstream>
+#include <initializer_list>
+#include <string>
+#include <string_view>
 
 JOSTLE_NAMESPACE_BEGIN
+
+namespace {
+
+/// The message of throw_bad_box, in pieces, of which one function for all spaces makes an `Error`.
+[[noreturn]] void throw_about_box(ErrorCode code, std::uint64_t index,
+                                  std::initializer_list<std::string_view> said)
+{
+    std::string message = "box ";
+    for (const std::string_view piece : said)
+        message += piece;
+    throw Error(code, message, index);
+}
+
+} // namespace
 
 template <int Dim, Coordinate T>
 void throw_bad_box(const Aabb<Dim, T>& box, std::uint64_t index, const char* set, const std::string& name)
 {
-    static constexpr char axis_names[] = "xyz";
-    std::ostringstream message;
-    message.imbue(std::locale::classic());
-    message.precision(std::numeric_limits<T>::max_digits10);
-    message << "box " << set << index << name << ": ";
+    static constexpr std::string_view axis_names[] = {"x", "y", "z"};
+    const std::string number = std::to_string(index);
     for (int d = 0; d < Dim; ++d) {
         const bool lo_nan = box.lo[d] != box.lo[d], hi_nan = box.hi[d] != box.hi[d];
-        if (lo_nan || hi_nan) {
-            message << (lo_nan ? "lo." : "hi.") << axis_names[d]
-                    << " is NaN; every bound must be a number (infinite is allowed)";
-            throw Error(ErrorCode::nan_coordinate, message.str(), index);
-        }
-        if (box.lo[d] > box.hi[d]) {
-            message << "lo." << axis_names[d] << " = " << box.lo[d] << " is greater than hi." << axis_names[d]
-                    << " = " << box.hi[d] << "; swap them or drop the box";
-            throw Error(ErrorCode::inverted_box, message.str(), index);
-        }
+        if (lo_nan || hi_nan)
+            throw_about_box(ErrorCode::nan_coordinate, index,
+                            {set, number, name, ": ", lo_nan ? "lo." : "hi.", axis_names[d],
+                             " is NaN; every bound must be a number (infinite is allowed)"});
+        if (box.lo[d] > box.hi[d])
+            throw_about_box(ErrorCode::inverted_box, index,
+                            {set, number, name, ": lo.", axis_names[d], " = ", number_text(box.lo[d]),
+                             " is greater than hi.", axis_names[d], " = ", number_text(box.hi[d]),
+                             "; swap them or drop the box"});
     }
-    throw Error(ErrorCode::invalid_argument, message.str() + "changed while it was read", index);
+    throw_about_box(ErrorCode::invalid_argument, index, {set, number, name, ": changed while it was read"});
 }
 
 template <int Dim, Coordinate T>

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstdio>
 #include <limits>
-#include <locale>
-#include <sstream>
 #include <string>
 
 #include "jostle/vec.hpp"
@@ -11,14 +10,22 @@
 JOSTLE_NAMESPACE_BEGIN
 
 /// A number for messages, with as many digits as tell it from all others, whatever locale the program has.
+/// (Not by a stream: where nothing else has one, its locales would be a quarter of a program, such as the npm
+/// package's smallest modules.)
 template <Coordinate T>
 std::string number_text(T number)
 {
-    std::ostringstream out;
-    out.imbue(std::locale::classic());
-    out.precision(std::numeric_limits<T>::max_digits10);
-    out << number;
-    return out.str();
+    char digits[40];
+    std::snprintf(digits, sizeof digits, "%.*g", std::numeric_limits<T>::max_digits10, double{number});
+    std::string text;
+    bool has_point = false; // which is the locale's, of one byte or several
+    for (const char* at = digits; *at != 0; ++at) {
+        const bool is_own =
+            (*at >= '0' && *at <= '9') || (*at >= 'a' && *at <= 'z') || *at == '-' || *at == '+';
+        if (is_own || !has_point) text += is_own ? *at : '.';
+        has_point = has_point || !is_own;
+    }
+    return text;
 }
 
 JOSTLE_NAMESPACE_END

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <clocale>
 #include <limits>
 
 #include "jostle/find_pairs.hpp"
@@ -53,6 +54,21 @@ TEST(ErrorMessage, OfBoxes)
     // Values that differ in the last digit are told apart.
     EXPECT_EQ(message_of_boxes({{{1.00000012f, 0, 0}, {1, 1, 1}}}),
               "box 0: lo.x = 1.00000012 is greater than hi.x = 1; swap them or drop the box");
+}
+
+TEST(ErrorMessage, HasNumbersOfNoLocale)
+{
+    const std::string before = std::setlocale(LC_NUMERIC, nullptr);
+    bool any = false;
+    for (const char* name : {"de_DE.UTF-8", "de_DE.utf8", "fr_FR.UTF-8", "ps_AF.UTF-8", "German"}) {
+        if (std::setlocale(LC_NUMERIC, name) == nullptr) continue;
+        any = true;
+        const std::string message = message_of_boxes({{{2.5f, 0, 0}, {-1e-20f, 1, 1}}});
+        EXPECT_EQ(message,
+                  "box 0: lo.x = 2.5 is greater than hi.x = -9.99999968e-21; swap them or drop the box");
+    }
+    std::setlocale(LC_NUMERIC, before.c_str());
+    if (!any) GTEST_SKIP() << "there is no locale with a comma";
 }
 
 TEST(ErrorMessage, OfDoublesAndTwoSets)

@@ -4,13 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <locale>
-#include <sstream>
 #include <string>
 
 #include "base/box.hpp"
 #include "base/checks.hpp"
 #include "base/instantiate.hpp"
+#include "base/number_text.hpp"
 #include "jostle/error.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -23,30 +22,19 @@ constexpr const char* axis_name[] = {".x", ".y", ".z"};
 class Report
 {
   public:
-    Report(const char* what, std::uint64_t number) : number_(number)
+    Report(const char* what, std::uint64_t number) : text_(what), number_(number)
     {
-        text_.imbue(std::locale::classic());
-        text_ << what;
-        if (number != Error::no_index) text_ << ' ' << number;
-        text_ << ": ";
+        if (number != Error::no_index) text_ += ' ' + std::to_string(number);
+        text_ += ": ";
     }
-    template <class T>
-    Report& operator<<(const T& value)
-    {
-        text_.precision(std::numeric_limits<double>::max_digits10);
-        text_ << value;
-        return *this;
-    }
-    Report& operator<<(float value)
-    {
-        text_.precision(std::numeric_limits<float>::max_digits10);
-        text_ << value;
-        return *this;
-    }
-    [[noreturn]] void raise(ErrorCode code) const { throw Error(code, text_.str(), number_); }
+    Report& operator<<(const char* text) { return text_ += text, *this; }
+    Report& operator<<(std::uint64_t number) { return text_ += std::to_string(number), *this; }
+    Report& operator<<(float number) { return text_ += number_text(number), *this; }
+    Report& operator<<(double number) { return text_ += number_text(number), *this; }
+    [[noreturn]] void raise(ErrorCode code) const { throw Error(code, text_, number_); }
 
   private:
-    std::ostringstream text_;
+    std::string text_;
     std::uint64_t number_;
 };
 
@@ -170,8 +158,8 @@ void check_ids(const StridedView<std::uint32_t>& column, std::uint64_t ids, cons
 {
     if (column.empty() || column.size() >= ids) return;
     Report report("query filter", number);
-    report << name << " has " << column.size() << " entries, but the index has held ids up to " << ids - 1
-           << "; give one for every id, or none";
+    report << name << " has " << std::uint64_t{column.size()} << " entries, but the index has held ids up to "
+           << ids - 1 << "; give one for every id, or none";
     report.raise(ErrorCode::size_mismatch);
 }
 
