@@ -19,7 +19,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).parent))
 import reference  # noqa: E402
 
 root = pathlib.Path(__file__).resolve().parents[2]
-languages = {".cpp": "cpp", ".hpp": "cpp", ".h": "c", ".c": "c", ".py": "python", ".rs": "rust", ".go": "go", ".lua": "lua", ".cs": "csharp",
+languages = {".cpp": "cpp", ".hpp": "cpp", ".h": "c", ".c": "c", ".py": "python", ".rs": "rust", ".go": "go", ".lua": "lua", ".cs": "csharp", ".js": "javascript",
              ".txt": "text", ".json": "json", ".sh": "bash", ".abi": "text", "": "bash"}
 # A link or picture of Markdown, and what must be passed over: blocks of code, and code within a line.
 markdown_link = re.compile(r"(^ *```.*?^ *```$|^(?: {4}[^\n]*\n)+|``.+?``|`[^`]+`)|(\]\()([^)\s]+)(\))", re.MULTILINE | re.DOTALL)

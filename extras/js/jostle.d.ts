@@ -102,6 +102,16 @@ export function readBoxes(content: ArrayBuffer | ArrayBufferView | string, name:
 export function load(options: LoadOptions & { only: "pairs" }): Promise<JostlePairs>;
 export function load(options?: LoadOptions & { only?: "2d" | "3d" }): Promise<Jostle>;
 
+/**
+ * All pairs among boxes, or of one of `boxes` and one of `other`, as the method of the same name finds them:
+ * by a module with pairs alone, which the first call loads.
+ *
+ *     import { findPairs } from "jostle";
+ *     await findPairs(boxes, { dim: 2 });     // Uint32Array [0, 1]: the numbers of the boxes
+ */
+export function findPairs(boxes: Floats, options: FindOptions): Promise<Uint32Array>;
+export function findPairs(boxes: Floats, other: Floats, options: FindOptions): Promise<Uint32Array>;
+
 export type Dimension = 2 | 3;
 export type NumberType = "float32" | "float64";
 export type FloatArray = Float32Array | Float64Array;
@@ -855,7 +865,7 @@ export interface ContactFinder extends Disposable {
 
 // --- The module ------------------------------------------------------------------------------------------
 
-/** What a module has that was loaded with `only: "pairs"`. */
+/** What a module has that was loaded with `only: "pairs"`. It has the engine "grid" alone. */
 export interface JostlePairs extends Disposable {
   readonly version: string;
   /** How many threads searches run on. */
@@ -885,6 +895,10 @@ export interface JostlePairs extends Disposable {
   checkBoxes(boxes: Floats, options: { dim: Dimension }): void;
   /** The order-independent fingerprint of pairs, as `jostle bench` prints it: 16 hexadecimal digits. */
   checksum(pairs: Integers): string;
+  readonly PairFinder: new () => PairFinder;
+}
+
+export interface Jostle extends JostlePairs {
   /**
    * The engine's outermost grid for these boxes. (Up to 128 boxes are searched without: every box against
    * every other.)
@@ -893,10 +907,6 @@ export interface JostlePairs extends Disposable {
 
   readonly scenes: readonly SceneInfo[];
   scene(name: string, length: number, seed?: number | bigint, options?: SceneOptions): Scene;
-  readonly PairFinder: new () => PairFinder;
-}
-
-export interface Jostle extends JostlePairs {
   readonly simulations: readonly SimulationInfo[];
   simulation(options?: SimulationOptions): Simulation;
 

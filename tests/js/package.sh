@@ -12,7 +12,8 @@ for file in {jostle,rbush,flatbush}.d.ts LICENSE README.md package.json src/{ind
     dist/jostle{,-bush,-2d,-3d,-pairs,-plain,-threads}.{js,wasm} dist/jostle-threads.worker.js; do
     tar -tzf "$tarball" "package/$file" >/dev/null # is in it
 done
-# The sizes that the guide tells, in kB.
+# The sizes that the package's own page tells, and those that the guide does, in kB.
+grep -q '^| `load()` | [0-9]* kB | [0-9]* kB | [0-9]* kB |$' jostle/README.md
 for module in dist/jostle{,-bush,-2d,-3d,-pairs,-plain,-threads}.wasm; do
     kilobytes=$(($(gzip -9c "jostle/$module" | wc -c) / 1000))
     told=$(sed -n "s/^| .$(basename $module). .* | \([0-9]*\) kB |$/\1/p" "$bindings/../../docs/guide/javascript.md")

@@ -103,7 +103,7 @@ for (let round = 0; round < ROUNDS; ++round)
 const median = (all) => all.toSorted((a, b) => a - b)[all.length >> 1];
 console.log(`node ${process.version}, ${cpus()[0].model}, ${count} rectangles (${sum})\n`);
 console.log("| what | jostle, ms | the package, ms | times |\n|---|---|---|---|");
-for (const [what, { jostle, peer }] of Object.entries(times))
-  console.log(
-    `| ${[what, median(jostle).toFixed(1), median(peer).toFixed(1), (median(peer) / median(jostle)).toFixed(1)].join(" | ")} |`,
-  );
+for (const [what, { jostle, peer }] of Object.entries(times)) {
+  const numbers = [median(jostle), median(peer), median(peer) / median(jostle)].map((x) => x.toFixed(1));
+  console.log(`| ${[what, ...numbers].join(" | ")} |`);
+}

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 export { JostleError } from "./error.js";
 export { readBoxes } from "./files.js";
-export { load } from "./load.js";
+export { findPairs, load } from "./load.js";
 export { rays } from "./queries.js";
 export { poses } from "./shapes.js";
 export { support } from "./start.js";

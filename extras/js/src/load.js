@@ -4,6 +4,14 @@ import { refuse } from "./error.js";
 import { Module } from "./module.js";
 import { INITIAL_MEMORY, MOST_MEMORY, in_node, of_node, start, support } from "./start.js";
 
+let loading; // the module of findPairs
+/** Finds pairs without a module of the caller's: see jostle.d.ts. */
+export async function findPairs(...given) {
+  loading ??= load({ only: "pairs" });
+  loading.catch(() => (loading = undefined)); // the next call tries again
+  return (await loading).findPairs(...given);
+}
+
 /** Loads the module: see jostle.d.ts. */
 export async function load(options) {
   const { only, wasm, simd, threads = 1, maxMemory = MOST_MEMORY } = options_of(options);

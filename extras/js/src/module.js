@@ -28,8 +28,7 @@ export class Module {
     this.scenes = scene_list(core);
     this.PairFinder = bound(core, PairFinder);
     if (core.module._jostle_world_new === undefined) return; // it has pairs alone
-    this.simulations =
-      core.module._jostle_js_simulation_info === undefined ? Object.freeze([]) : simulation_list(core);
+    this.simulations = simulation_list(core);
     this.NeighborFinder = bound(core, NeighborFinder);
     this.BoxIndex = bound(core, BoxIndex);
     this.World = bound(core, World);

@@ -172,7 +172,9 @@ export class PairFinder extends Owned {
     const core = this.core;
     if (
       b !== undefined ||
-      ["category", "mask", "owner", "ghosts", "vertices", "accept"].some((name) => options[name] !== undefined)
+      ["category", "mask", "owner", "ghosts", "vertices", "accept"].some(
+        (name) => options[name] !== undefined,
+      )
     )
       refuse("only the engine grid searches between two sets, or with a filter");
     const cell = options.cellSize ?? 0;

@@ -16,7 +16,9 @@ export function scene_list(core) {
 export function simulation_list(core) {
   return list(core, "_jostle_js_simulation_info", () => ({}));
 }
+/** None where the module lacks them. */
 function list(core, name, more) {
+  if (core.module[name] === undefined) return Object.freeze([]);
   return core.within(() => {
     const info = core.scratch.take(32);
     const found = [];

@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { load } from "jostle";
+import { findPairs, load } from "jostle";
 import { modules, random, random_boxes, slow_pairs, slow_pairs_between } from "./help.js";
 
 const sorted = { sort: true };
@@ -90,19 +90,32 @@ for (const [kind, loaded] of Object.entries(modules)) {
 test("the module with pairs alone finds the same", async () => {
   const [jostle, whole] = [await load({ only: "pairs" }), await modules.simd()];
   for (const { name } of whole.scenes) {
-    const scene = jostle.scene(name, 500, 2), same = whole.scene(name, 500, 2);
-    assert.deepEqual(
-      jostle.findPairs(scene.boxes, { dim: 3 }),
-      whole.findPairs(same.boxes, { dim: 3 }),
-      name,
-    );
+    const boxes = whole.scene(name, 500, 2).boxes.view.slice();
+    assert.deepEqual(jostle.findPairs(boxes, { dim: 3 }), whole.findPairs(boxes, { dim: 3 }), name);
   }
   const boxes = random_boxes(300, 2, 4);
-  assert.deepEqual(jostle.bricks(boxes, { dim: 2 }), whole.bricks(boxes, { dim: 2 }));
+  assert.deepEqual(jostle.findPairs(boxes, { dim: 2 }), whole.findPairs(boxes, { dim: 2 }));
+  assert.deepEqual(jostle.scenes, []);
+  for (const beyond of [
+    () => jostle.bricks(boxes, { dim: 2 }),
+    () => jostle.scene("uniform", 10),
+    () => jostle.findPairs(boxes, { dim: 2, engine: "brute" }),
+  ])
+    assert.throws(beyond, /this module has pairs alone/);
   assert.throws(() => jostle.findPairs(new Float32Array([0, 0, NaN, 0]), { dim: 2 }), {
     status: "nan_coordinate",
     index: 0,
   });
+});
+
+test("findPairs needs no module of the caller's, and no word but the boxes'", async () => {
+  const boxes = random_boxes(200, 2, 4), others = random_boxes(100, 2, 5);
+  const found = findPairs(boxes, { dim: 2, sort: true }); // at once, and again before it is there
+  assert.deepEqual([...(await findPairs(boxes, { dim: 2, sort: true }))], slow_pairs(boxes, 2));
+  assert.deepEqual([...(await found)], slow_pairs(boxes, 2));
+  const between = await findPairs(boxes, others, { dim: 2, sort: true });
+  assert.deepEqual([...between], slow_pairs_between(boxes, others, 2));
+  await assert.rejects(findPairs(boxes, { dim: 4 }), { name: "JostleError", message: /dim is 4/ });
 });
 
 test("memory of the module's is read in place, and a steady frame takes no more of it", async () => {
