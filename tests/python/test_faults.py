@@ -455,6 +455,15 @@ def test_neighbor_finder(skin):
     assert starve(make, find, later=find) > 0
 
 
+def test_neighbor_stream():
+    def stream(finder):
+        parts = []
+        finder.stream(boxes[:, 0], 0.3, lambda *block: parts.append(block), [1.0, 1, 1], True, rows=17, quantities="ijSDdo")
+        return parts
+
+    assert starve(lambda: jostle.NeighborFinder(threads=1), stream, later=stream) > 0
+
+
 def next_update(world):
     world.update()
     return known_of_world(world)

@@ -168,7 +168,9 @@ struct Column
     }
 };
 
-Column column_of(const NeighborQuery& asked, const jostle_neighbor_list& list, char letter)
+/// Of a list, or of a block of so many rows.
+Column column_of(const NeighborQuery& asked, const jostle_neighbor_list& list, std::uint64_t rows,
+                 char letter)
 {
     const auto count = static_cast<py::ssize_t>(list.count);
     const py::ssize_t dim = dim_of(asked.space);
@@ -182,34 +184,33 @@ Column column_of(const NeighborQuery& asked, const jostle_neighbor_list& list, c
     case 'd':
         return {list.distances, number_of(asked.space), {count}};
     default: // 'o': below 2^63, and other whole numbers of NumPy are signed
-        return {
-            list.offsets, py::dtype::of<std::int64_t>(), {static_cast<py::ssize_t>(asked.query.count) + 1}};
+        return {list.offsets, py::dtype::of<std::int64_t>(), {static_cast<py::ssize_t>(rows) + 1}};
     }
 }
 
-/// The point of each row, as often as it has neighbours.
-py::array row_of_each(const NeighborQuery& asked, const jostle_neighbor_list& list)
+/// The point of each row, the first one's being `first`, as often as it has neighbours.
+py::array row_of_each(const jostle_neighbor_list& list, std::uint64_t first, std::uint64_t rows)
 {
-    U32 rows(static_cast<py::ssize_t>(list.count));
-    std::uint32_t* const to = rows.mutable_data();
+    U32 points(static_cast<py::ssize_t>(list.count));
+    std::uint32_t* const to = points.mutable_data();
     const py::gil_scoped_release without_python;
-    for (std::uint64_t i = 0; i < asked.query.count; ++i)
-        std::fill(to + list.offsets[i], to + list.offsets[i + 1], static_cast<std::uint32_t>(i));
-    return rows;
+    for (std::uint64_t k = 0; k < rows; ++k)
+        std::fill(to + list.offsets[k], to + list.offsets[k + 1], static_cast<std::uint32_t>(first + k));
+    return points;
 }
 
 /// The arrays that letters stand for, each made by array_of(column).
 template <class F>
 py::tuple columns(const NeighborQuery& asked, const jostle_neighbor_list& list, const std::string& letters,
-                  const py::object& rows, F&& array_of)
+                  std::uint64_t rows, const py::object& points, F&& array_of)
 {
     py::tuple told(letters.size());
     for (std::size_t k = 0; k < letters.size(); ++k) {
         if (letters[k] == 'i') {
-            told[k] = rows;
+            told[k] = points;
             continue;
         }
-        const Column column = column_of(asked, list, letters[k]);
+        const Column column = column_of(asked, list, rows, letters[k]);
         told[k] = column.is_empty() ? py::array(column.dtype, column.shape) : array_of(column);
     }
     return told;
@@ -228,8 +229,7 @@ NeighborFinderHandle new_finder(jostle_space space, std::uint32_t threads, const
         [&](auto** out, auto* error) { return jostle_neighbor_finder_new(space, &options, out, error); });
 }
 
-jostle_neighbor_list search(jostle_neighbor_finder* finder, Interruptible& memory, const NeighborQuery& asked,
-                            bool full, const std::string& letters, double skin)
+jostle_neighbor_query query_of(const NeighborQuery& asked, bool full, const std::string& letters, double skin)
 {
     jostle_neighbor_query query = asked.query;
     query.half = full ? 0 : 1;
@@ -237,16 +237,23 @@ jostle_neighbor_list search(jostle_neighbor_finder* finder, Interruptible& memor
     query.vectors = has(letters, 'D') ? 1 : 0;
     query.distances = has(letters, 'd') ? 1 : 0;
     query.skin = skin;
+    return query;
+}
+
+jostle_neighbor_list search(jostle_neighbor_finder* finder, Interruptible& memory, const NeighborQuery& asked,
+                            bool full, const std::string& letters, double skin)
+{
+    const jostle_neighbor_query query = query_of(asked, full, letters, skin);
     jostle_neighbor_list list{};
     memory.call(
         [&](jostle_error* error) { return jostle_neighbor_finder_find(finder, &query, &list, error); });
     return list;
 }
 
-py::object rows_if_asked(const NeighborQuery& asked, const jostle_neighbor_list& list,
-                         const std::string& letters)
+py::object points_if_asked(const jostle_neighbor_list& list, const std::string& letters, std::uint64_t first,
+                           std::uint64_t rows)
 {
-    return has(letters, 'i') ? py::object(row_of_each(asked, list)) : py::object(py::none());
+    return has(letters, 'i') ? py::object(row_of_each(list, first, rows)) : py::object(py::none());
 }
 
 /// `letters` has each at most once.
@@ -255,14 +262,15 @@ py::tuple neighbors(const NeighborQuery& asked, bool full, const std::string& le
     HandedOver memory;
     NeighborFinderHandle finder = new_finder(asked.space, threads, memory.allocator());
     const jostle_neighbor_list list = search(finder.get(), memory.memory, asked, full, letters, 0);
-    const py::object rows = rows_if_asked(asked, list, letters);
+    const std::uint64_t rows = asked.query.count;
+    const py::object points = points_if_asked(list, letters, 0, rows);
     for (const char letter : letters)
         if (letter != 'i') {
-            const Column column = column_of(asked, list, letter);
+            const Column column = column_of(asked, list, rows, letter);
             if (!column.is_empty()) memory.keep(column.data);
         }
     finder.reset();
-    return columns(asked, list, letters, rows, [&](const Column& column) {
+    return columns(asked, list, letters, rows, points, [&](const Column& column) {
         return py::array(column.dtype, column.shape, {}, column.data, memory.take(column.data));
     });
 }
@@ -276,15 +284,46 @@ class NeighborFinder
     py::tuple find(const NeighborQuery& asked, bool full, const std::string& letters)
     {
         const Users::Changing now(users_); // until the list is copied
-        if (finder_ == nullptr || space_ != asked.space) {
-            finder_ = new_finder(asked.space, threads_, memory_.allocator());
-            space_ = asked.space;
-        }
+        want_space(asked.space);
         const jostle_neighbor_list list = search(finder_.get(), memory_, asked, full, letters, skin_);
         searched_ = list.searched != 0;
-        return columns(asked, list, letters, rows_if_asked(asked, list, letters), [](const Column& column) {
-            return py::array(column.dtype, column.shape, column.data);
-        });
+        return copied(asked, list, letters, 0, asked.query.count);
+    }
+    /// Calls visit(first, tuple of arrays) with so many rows at a time; whether it was never stopped.
+    bool stream(const NeighborQuery& asked, bool full, const std::string& letters, std::uint64_t rows,
+                const py::object& visit)
+    {
+        struct Streamed
+        {
+            const NeighborQuery& asked;
+            const std::string& letters;
+            const py::object& visit;
+            Pending pending;
+        } streamed{asked, letters, visit, {}};
+        const Users::Changing now(users_);
+        want_space(asked.space);
+        const jostle_neighbor_query query = query_of(asked, full, letters, skin_);
+        const auto sink = [](void* context, std::uint64_t first, std::uint64_t count,
+                             const jostle_neighbor_list* list) {
+            auto& to = *static_cast<Streamed*>(context);
+            return to.pending.call([&] {
+                if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+                const py::object answer = to.visit(first, copied(to.asked, *list, to.letters, first, count));
+                py::detail::make_caster<bool> truth; // Python's, or NumPy's
+                if (!answer.is_none() && !truth.load(answer, false))
+                    refuse("visit returned " + std::string(py::repr(answer)) +
+                           ": it must return None, True or False");
+                return answer.is_none() || static_cast<bool>(truth);
+            });
+        };
+        std::int32_t finished = 0;
+        memory_.call(
+            [&](jostle_error* error) {
+                return jostle_neighbor_finder_stream(finder_.get(), &query, rows, sink, &streamed, &finished,
+                                                     error);
+            },
+            &streamed.pending);
+        return finished != 0;
     }
     [[nodiscard]] bool searched() const noexcept { return searched_; }
     void release_memory()
@@ -297,6 +336,20 @@ class NeighborFinder
     }
 
   private:
+    void want_space(jostle_space space)
+    {
+        if (finder_ != nullptr && space_ == space) return;
+        finder_ = new_finder(space, threads_, memory_.allocator());
+        space_ = space;
+    }
+    static py::tuple copied(const NeighborQuery& asked, const jostle_neighbor_list& list,
+                            const std::string& letters, std::uint64_t first, std::uint64_t rows)
+    {
+        return columns(
+            asked, list, letters, rows, points_if_asked(list, letters, first, rows),
+            [](const Column& column) { return py::array(column.dtype, column.shape, column.data); });
+    }
+
     double skin_;
     std::uint32_t threads_;
     Users users_{"neighbor finder"};
@@ -317,6 +370,7 @@ void define_neighbors(py::module_& m)
     define_class<NeighborFinder>(m, "NeighborFinder")
         .def(py::init<double, std::uint32_t>())
         .def("find", &NeighborFinder::find)
+        .def("stream", &NeighborFinder::stream)
         .def("searched", &NeighborFinder::searched)
         .def("release_memory", &NeighborFinder::release_memory);
     m.def("neighbors", &neighbors);

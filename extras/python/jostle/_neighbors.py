@@ -2,7 +2,7 @@
 """Neighbour lists: neighbors, NeighborFinder."""
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Callable
 
 import numpy as np
 
@@ -225,6 +225,27 @@ class NeighborFinder:
         """As neighbors: arrays which the caller owns, copied from the finder's."""
         wish = _query(points, cutoff, cell, periodic, others, cutoff_b, greater, types, types_b, offsets)
         return _in_order(quantities, self._finder.find(wish, bool(full), _letters(quantities)))
+
+    def stream(self, points: Any, cutoff: Any, visit: Callable[..., Any], cell: Any = None, periodic: Any = False, *,
+               rows: int = 65536, full: bool = True, quantities: str = "ij", others: Any = None, cutoff_b: Any = None,
+               greater: bool = False, types: Any = None, types_b: Any = None) -> bool:
+        """Hands over the list that find() returns in blocks, for one that memory doesn't hold: calls visit(first, *arrays) with the
+        neighbours of the points from `first` on, `rows` points at a time. `o` counts within the block, `i` and `j` are as in find().
+        visit returns None or True to go on, False to stop. Returns whether it was never stopped. Not with a skin, nor for many
+        systems. Blocks of fewer than a tenth of the points take longer, unless points near to each other have numbers near to each
+        other: see spatial_order."""
+        if _arrays.whole(rows, "rows", 2**63) < 1:
+            raise Error(f"rows is {rows}: it must be at least 1")
+        if not callable(visit):
+            raise Error(f"visit is {visit!r}: it must be a function")
+        wish = _query(points, cutoff, cell, periodic, others, cutoff_b, greater, types, types_b, None)
+        letters = _letters(quantities)
+
+        def take(first: int, found: tuple[np.ndarray, ...]) -> Any:
+            by_letter = dict(zip(letters, found))
+            return visit(first, *(by_letter[letter] for letter in quantities))
+
+        return self._finder.stream(wish, bool(full), letters, rows, take)
 
     @property
     def searched(self) -> bool:

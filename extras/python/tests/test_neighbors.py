@@ -303,3 +303,54 @@ def test_a_finder_is_for_one_call_at_a_time():
         if refused and found:
             break
     assert refused and all(np.array_equal(x, y) for x, y in zip(found[0], expected))
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_blocks_of_a_stream_are_the_list(dim):
+    rng = np.random.default_rng(dim)
+    points, others = rng.random((300, dim)), rng.random((170, dim))
+    finder = jostle.NeighborFinder()
+    for more in (dict(), dict(full=False), dict(cell=[1.0] * dim, periodic=True), dict(others=others)):
+        i, j, S, D, d, o = finder.find(points, 0.15, quantities="ijSDdo", **more)
+        for rows in (1, 7, 299, 300, 10**6):
+            blocks, ends = [], [0]
+
+            def take(first, offsets, *columns):
+                assert first == ends[-1] and offsets[0] == 0 and offsets[-1] == len(columns[0]) and len(offsets) <= rows + 1
+                assert (offsets + sum(len(block[0]) for block in blocks)).tolist() == o[first:first + len(offsets)].tolist()
+                ends.append(first + len(offsets) - 1)
+                blocks.append(columns)
+
+            assert finder.stream(points, 0.15, take, rows=rows, quantities="oijSDd", **more) is True
+            assert ends[-1] == 300
+            for whole, parts in zip((i, j, S, D, d), zip(*blocks)):
+                joined = np.concatenate(parts)
+                assert joined.dtype == whole.dtype and joined.tobytes() == whole.tobytes()
+
+
+def test_a_stream_can_be_stopped_and_can_fail():
+    points = np.random.default_rng(1).random((50, 3))
+    finder, seen = jostle.NeighborFinder(), []
+
+    def stop(first, i, j):
+        seen.append(first)
+        return np.bool_(len(seen) < 3)
+
+    assert finder.stream(points, 0.5, stop, rows=4) is False and seen == [0, 4, 8]
+
+    def fail(first, i, j):
+        raise KeyError(first)
+
+    with pytest.raises(KeyError, match="0"):
+        finder.stream(points, 0.5, fail)
+    with pytest.raises(jostle.Error, match="in use|goes on|another"):
+        finder.stream(points, 0.5, lambda first, i, j: finder.find(points, 0.5))
+    with pytest.raises(jostle.Error, match="visit returned 'yes': it must return None, True or False"):
+        finder.stream(points, 0.5, lambda first, i, j: "yes")
+    with pytest.raises(jostle.Error, match="visit is None"):
+        finder.stream(points, 0.5, None)
+    with pytest.raises(jostle.Error, match="rows is 0: it must be at least 1"):
+        finder.stream(points, 0.5, stop, rows=0)
+    with pytest.raises(jostle.Error, match="skin"):
+        jostle.NeighborFinder(skin=0.1).stream(points, 0.5, stop)
+    assert len(finder.find(points, 0.5)[0]) > 0
