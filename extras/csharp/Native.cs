@@ -136,6 +136,14 @@ namespace Jostle
         EqualBlocks = 2,
     }
 
+    public enum PartKind
+    {
+        // the vertex, then the triangle's three
+        VertexTriangle = 1,
+        // the two ends of one, then those of the other
+        EdgeEdge = 2,
+    }
+
     public enum Number
     {
         Float = 1,
@@ -288,6 +296,26 @@ namespace Jostle
         protected override unsafe int Free(IntPtr handle)
         {
             return (int)Native.jostle_closed_mesh_free(handle, null);
+        }
+    }
+
+    public sealed class SurfaceHandle : Handle
+    {
+        /// <summary>In place of a handle that may be NULL.</summary>
+        public static readonly SurfaceHandle None = new SurfaceHandle();
+        protected override unsafe int Free(IntPtr handle)
+        {
+            return (int)Native.jostle_surface_free(handle, null);
+        }
+    }
+
+    public sealed class SurfaceFinderHandle : Handle
+    {
+        /// <summary>In place of a handle that may be NULL.</summary>
+        public static readonly SurfaceFinderHandle None = new SurfaceFinderHandle();
+        protected override unsafe int Free(IntPtr handle)
+        {
+            return (int)Native.jostle_surface_finder_free(handle, null);
         }
     }
 
@@ -838,6 +866,93 @@ namespace Jostle
             public fixed double point[3];
             public uint part;
             public uint moving_part;
+        }
+
+        [StructLayout(LayoutKind.Sequential)]
+        public struct jostle_surface_parts
+        {
+            public uint* triangles;
+            public ulong triangle_count;
+            public uint* edges;
+            public ulong edge_count;
+            public uint* points;
+            public ulong point_count;
+            public ulong vertices;
+        }
+
+        [StructLayout(LayoutKind.Sequential)]
+        public struct jostle_surface_options
+        {
+            public ulong struct_size;
+            public void* thickness;
+            public void* rest;
+            public uint* bodies;
+            public IntPtr accept_vertex_triangle;
+            public IntPtr accept_edge_edge;
+            public void* context;
+            public double tolerance;
+        }
+
+        [StructLayout(LayoutKind.Sequential)]
+        public struct jostle_near_parts_3f
+        {
+            public uint a;
+            public uint b;
+            public fixed uint vertices[4];
+            public fixed float weights[4];
+            public fixed float normal[3];
+            public float distance;
+        }
+
+        [StructLayout(LayoutKind.Sequential)]
+        public struct jostle_near_parts_3d
+        {
+            public uint a;
+            public uint b;
+            public fixed uint vertices[4];
+            public fixed double weights[4];
+            public fixed double normal[3];
+            public double distance;
+        }
+
+        [StructLayout(LayoutKind.Sequential)]
+        public struct jostle_part_impact_3f
+        {
+            public uint a;
+            public uint b;
+            public fixed uint vertices[4];
+            public float time;
+        }
+
+        [StructLayout(LayoutKind.Sequential)]
+        public struct jostle_part_impact_3d
+        {
+            public uint a;
+            public uint b;
+            public fixed uint vertices[4];
+            public double time;
+        }
+
+        [StructLayout(LayoutKind.Sequential)]
+        public struct jostle_crossing
+        {
+            public uint edge;
+            public uint triangle;
+        }
+
+        [StructLayout(LayoutKind.Sequential)]
+        public struct jostle_near_surface
+        {
+            public jostle_blocks vertex_triangle;
+            public jostle_blocks edge_edge;
+        }
+
+        [StructLayout(LayoutKind.Sequential)]
+        public struct jostle_moving_surface
+        {
+            public jostle_blocks vertex_triangle;
+            public jostle_blocks edge_edge;
+            public double safe_step;
         }
 
         [StructLayout(LayoutKind.Sequential)]
@@ -1475,6 +1590,40 @@ namespace Jostle
         public static extern Status jostle_closed_mesh_signed_distances(ClosedMeshHandle mesh,
             Space space, void* pose, jostle_values* points, ExecutorHandle executor, void* distances,
             jostle_error* error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
+        public static extern Status jostle_surface_new(jostle_surface_parts* parts, out
+            SurfaceHandle @out, jostle_error* error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
+        public static extern Status jostle_surface_free(IntPtr surface, jostle_error* error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
+        public static extern Status jostle_surface_parts_read(SurfaceHandle surface,
+            jostle_surface_parts* parts, jostle_error* error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
+        public static extern Status jostle_surface_finder_new(Space space, jostle_options* options, out
+            SurfaceFinderHandle @out, jostle_error* error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
+        public static extern Status jostle_surface_finder_free(IntPtr finder, jostle_error* error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
+        public static extern Status jostle_surface_finder_near(SurfaceFinderHandle finder,
+            SurfaceHandle surface, void* positions, ulong count, double distance,
+            jostle_surface_options* options, jostle_near_surface* found, jostle_error* error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
+        public static extern Status jostle_surface_finder_moving(SurfaceFinderHandle finder,
+            SurfaceHandle surface, void* from, void* to, ulong count, double distance,
+            jostle_surface_options* options, jostle_moving_surface* found, jostle_error* error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
+        public static extern Status jostle_surface_finder_crossings(SurfaceFinderHandle finder,
+            SurfaceHandle surface, void* positions, ulong count, jostle_surface_options* options,
+            jostle_blocks* crossings, jostle_error* error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
+        public static extern Status jostle_surface_finder_release_memory(SurfaceFinderHandle finder,
+            jostle_error* error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
+        public static extern Status jostle_part_impacts(PartKind kind, double* from, double* to,
+            ulong count, double distance, double tolerance, double* times, jostle_error* error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
+        public static extern Status jostle_part_distances(PartKind kind, double* positions, ulong count,
+            double* distances, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_plan_work(ulong items, jostle_process_options* options,
             jostle_work_plan* plan, jostle_error* error);

@@ -174,6 +174,14 @@ enum
     JOSTLE_EQUAL_BLOCKS = 2
 };
 
+/// What a pair of a surface consists of.
+typedef int32_t jostle_part_kind;
+enum
+{
+    JOSTLE_VERTEX_TRIANGLE = 1, ///< the vertex, then the triangle's three
+    JOSTLE_EDGE_EDGE = 2        ///< the two ends of one, then those of the other
+};
+
 /// The type of the numbers that responses are made of.
 typedef int32_t jostle_number;
 enum
@@ -208,6 +216,8 @@ typedef struct jostle_shape jostle_shape;                     ///< jostle::Shape
 typedef struct jostle_shapes jostle_shapes;                   ///< one shape per object
 typedef struct jostle_contact_finder jostle_contact_finder;   ///< jostle::ContactFinder
 typedef struct jostle_closed_mesh jostle_closed_mesh;         ///< jostle::ClosedMesh
+typedef struct jostle_surface jostle_surface;                 ///< jostle::Surface
+typedef struct jostle_surface_finder jostle_surface_finder;   ///< jostle::SurfaceFinder
 typedef struct jostle_responses jostle_responses;             ///< jostle::Responses
 typedef struct jostle_recorder jostle_recorder;               ///< jostle::Recorder
 
@@ -1453,6 +1463,120 @@ JOSTLE_C_API jostle_status jostle_closed_mesh_signed_distances(const jostle_clos
                                                                const jostle_values* points,
                                                                const jostle_executor* executor,
                                                                void* distances, jostle_error* error);
+
+// ---------------------------------------------------------------------------------------------------------
+// Surfaces that bend, in 3D: surface.hpp
+// ---------------------------------------------------------------------------------------------------------
+
+/// What a surface is made of: jostle::Surface.
+typedef struct jostle_surface_parts
+{
+    const uint32_t* triangles; ///< 3 vertices each
+    uint64_t triangle_count;
+    const uint32_t* edges; ///< 2 vertices each: those that are no triangle's; read back, those as well
+    uint64_t edge_count;
+    const uint32_t* points; ///< vertices of nothing else; read back, all that are of something
+    uint64_t point_count;
+    uint64_t vertices; ///< 0: as many as are named
+} jostle_surface_parts;
+
+JOSTLE_C_API jostle_status jostle_surface_new(const jostle_surface_parts* parts, jostle_surface** out,
+                                              jostle_error* error);
+JOSTLE_C_API jostle_status jostle_surface_free(jostle_surface* surface, jostle_error* error);
+/// With the edges by whose numbers results name them. Valid as long as the surface.
+JOSTLE_C_API jostle_status jostle_surface_parts_read(const jostle_surface* surface,
+                                                     jostle_surface_parts* parts, jostle_error* error);
+
+/// jostle::SurfaceOptions. What is given has one element for each vertex; NULL: not given.
+typedef struct jostle_surface_options
+{
+    uint64_t struct_size;
+    const void* thickness;                              ///< a number of the finder's space each
+    const void* rest;                                   ///< positions at rest: 3 numbers each
+    const uint32_t* bodies;                             ///< parts of one body make no pair
+    jostle_accept_pair_function accept_vertex_triangle; ///< asked about a vertex and a triangle
+    jostle_accept_pair_function accept_edge_edge;       ///< asked about two edges
+    void* context;                                      ///< of both
+    double tolerance;                                   ///< of impacts; 0: 1e-6
+} jostle_surface_options;
+
+/// A vertex and a triangle, or two edges, that are near each other: jostle::NearParts.
+typedef struct jostle_near_parts_3f
+{
+    uint32_t a, b, vertices[4];
+    float weights[4], normal[3], distance;
+} jostle_near_parts_3f;
+typedef struct jostle_near_parts_3d
+{
+    uint32_t a, b, vertices[4];
+    double weights[4], normal[3], distance;
+} jostle_near_parts_3d;
+/// The same that meet, and when: jostle::PartImpact.
+typedef struct jostle_part_impact_3f
+{
+    uint32_t a, b, vertices[4];
+    float time;
+} jostle_part_impact_3f;
+typedef struct jostle_part_impact_3d
+{
+    uint32_t a, b, vertices[4];
+    double time;
+} jostle_part_impact_3d;
+/// An edge that passes through a triangle, or touches it: jostle::Crossing.
+typedef struct jostle_crossing
+{
+    uint32_t edge, triangle;
+} jostle_crossing;
+
+/// Blocks of jostle_near_parts_... of the space.
+typedef struct jostle_near_surface
+{
+    jostle_blocks vertex_triangle, edge_edge;
+} jostle_near_surface;
+/// Blocks of jostle_part_impact_... of the space.
+typedef struct jostle_moving_surface
+{
+    jostle_blocks vertex_triangle, edge_edge;
+    double safe_step; ///< the least time; 1 where there are none
+} jostle_moving_surface;
+
+/// `space` is JOSTLE_3F or JOSTLE_3D; `options` may be NULL.
+JOSTLE_C_API jostle_status jostle_surface_finder_new(jostle_space space, const jostle_options* options,
+                                                     jostle_surface_finder** out, jostle_error* error);
+JOSTLE_C_API jostle_status jostle_surface_finder_free(jostle_surface_finder* finder, jostle_error* error);
+// Positions are `count` times 3 numbers of the space, one for each vertex. `options` may be NULL. What is
+// found lies in the finder, and is valid until the next call of the same function.
+
+JOSTLE_C_API jostle_status jostle_surface_finder_near(jostle_surface_finder* finder,
+                                                      const jostle_surface* surface, const void* positions,
+                                                      uint64_t count, double distance,
+                                                      const jostle_surface_options* options,
+                                                      jostle_near_surface* found, jostle_error* error);
+/// Vertices move straight from `from` to `to`, arrays of the same length.
+JOSTLE_C_API jostle_status jostle_surface_finder_moving(jostle_surface_finder* finder,
+                                                        const jostle_surface* surface, const void* from,
+                                                        const void* to, uint64_t count, double distance,
+                                                        const jostle_surface_options* options,
+                                                        jostle_moving_surface* found, jostle_error* error);
+/// Of jostle_crossing.
+JOSTLE_C_API jostle_status jostle_surface_finder_crossings(jostle_surface_finder* finder,
+                                                           const jostle_surface* surface,
+                                                           const void* positions, uint64_t count,
+                                                           const jostle_surface_options* options,
+                                                           jostle_blocks* crossings, jostle_error* error);
+JOSTLE_C_API jostle_status jostle_surface_finder_release_memory(jostle_surface_finder* finder,
+                                                                jostle_error* error);
+
+/// Many pairs of a broad phase of one's own: `count` times four vertices, 12 numbers, at rest or where they
+/// move from and to. times[i] is that of vertex_triangle_impact or edge_edge_impact, INFINITY where there is
+/// none. `tolerance` 0 is 1e-6.
+/// Errors    jostle_error::index is the pair at fault; the times before it are written.
+JOSTLE_C_API jostle_status jostle_part_impacts(jostle_part_kind kind, const double* from, const double* to,
+                                               uint64_t count, double distance, double tolerance,
+                                               double* times, jostle_error* error);
+/// vertex_triangle_distance or edge_edge_distance: distance, 4 weights, normal; 8 numbers each.
+JOSTLE_C_API jostle_status jostle_part_distances(jostle_part_kind kind, const double* positions,
+                                                 uint64_t count, double* distances, jostle_error* error);
 
 // ---------------------------------------------------------------------------------------------------------
 // Work on pairs: process.hpp, responses.hpp

@@ -109,6 +109,25 @@ export const jostle_cast_hit_2d = {
 export const jostle_cast_hit_3d = {
   sizeof: 64, fraction: 0, normal: 8, point: 32, part: 56, moving_part: 60,
 };
+export const jostle_surface_parts = {
+  sizeof: 56, triangles: 0, triangle_count: 8, edges: 16, edge_count: 24, points: 32, point_count: 40,
+  vertices: 48,
+};
+export const jostle_surface_options = {
+  sizeof: 40, struct_size: 0, thickness: 8, rest: 12, bodies: 16, accept_vertex_triangle: 20,
+  accept_edge_edge: 24, context: 28, tolerance: 32,
+};
+export const jostle_near_parts_3f = {
+  sizeof: 56, a: 0, b: 4, vertices: 8, weights: 24, normal: 40, distance: 52,
+};
+export const jostle_near_parts_3d = {
+  sizeof: 88, a: 0, b: 4, vertices: 8, weights: 24, normal: 56, distance: 80,
+};
+export const jostle_part_impact_3f = { sizeof: 28, a: 0, b: 4, vertices: 8, time: 24 };
+export const jostle_part_impact_3d = { sizeof: 32, a: 0, b: 4, vertices: 8, time: 24 };
+export const jostle_crossing = { sizeof: 8, edge: 0, triangle: 4 };
+export const jostle_near_surface = { sizeof: 64, vertex_triangle: 0, edge_edge: 32 };
+export const jostle_moving_surface = { sizeof: 72, vertex_triangle: 0, edge_edge: 32, safe_step: 64 };
 export const jostle_process_options = { sizeof: 24, struct_size: 0, executor: 8, block_items: 16 };
 export const jostle_work_plan = { sizeof: 24, items: 0, block_items: 8, blocks: 16, slots: 20 };
 export const jostle_work = { sizeof: 8, slot: 0, block: 4 };

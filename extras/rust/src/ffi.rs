@@ -129,6 +129,13 @@ pub const JOSTLE_DYNAMIC: jostle_schedule = 0;
 pub const JOSTLE_ZIGZAG: jostle_schedule = 1;
 pub const JOSTLE_EQUAL_BLOCKS: jostle_schedule = 2;
 
+/// What a pair of a surface consists of.
+pub type jostle_part_kind = i32;
+/// the vertex, then the triangle's three
+pub const JOSTLE_VERTEX_TRIANGLE: jostle_part_kind = 1;
+/// the two ends of one, then those of the other
+pub const JOSTLE_EDGE_EDGE: jostle_part_kind = 2;
+
 /// The type of the numbers that responses are made of.
 pub type jostle_number = i32;
 pub const JOSTLE_FLOAT: jostle_number = 1;
@@ -214,6 +221,18 @@ pub struct jostle_contact_finder {
 /// jostle::ClosedMesh
 #[repr(C)]
 pub struct jostle_closed_mesh {
+    _private: [u8; 0],
+}
+
+/// jostle::Surface
+#[repr(C)]
+pub struct jostle_surface {
+    _private: [u8; 0],
+}
+
+/// jostle::SurfaceFinder
+#[repr(C)]
+pub struct jostle_surface_finder {
     _private: [u8; 0],
 }
 
@@ -930,6 +949,112 @@ pub struct jostle_cast_hit_3d {
     pub point: [f64; 3],
     pub part: u32,
     pub moving_part: u32,
+}
+
+/// What a surface is made of: jostle::Surface.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct jostle_surface_parts {
+    /// 3 vertices each
+    pub triangles: *const u32,
+    pub triangle_count: u64,
+    /// 2 vertices each: those that are no triangle's; read back, those as well
+    pub edges: *const u32,
+    pub edge_count: u64,
+    /// vertices of nothing else; read back, all that are of something
+    pub points: *const u32,
+    pub point_count: u64,
+    /// 0: as many as are named
+    pub vertices: u64,
+}
+
+/// jostle::SurfaceOptions. What is given has one element for each vertex; NULL: not given.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct jostle_surface_options {
+    pub struct_size: u64,
+    /// a number of the finder's space each
+    pub thickness: *const c_void,
+    /// positions at rest: 3 numbers each
+    pub rest: *const c_void,
+    /// parts of one body make no pair
+    pub bodies: *const u32,
+    /// asked about a vertex and a triangle
+    pub accept_vertex_triangle: jostle_accept_pair_function,
+    /// asked about two edges
+    pub accept_edge_edge: jostle_accept_pair_function,
+    /// of both
+    pub context: *mut c_void,
+    /// of impacts; 0: 1e-6
+    pub tolerance: f64,
+}
+
+/// A vertex and a triangle, or two edges, that are near each other: jostle::NearParts.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct jostle_near_parts_3f {
+    pub a: u32,
+    pub b: u32,
+    pub vertices: [u32; 4],
+    pub weights: [f32; 4],
+    pub normal: [f32; 3],
+    pub distance: f32,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct jostle_near_parts_3d {
+    pub a: u32,
+    pub b: u32,
+    pub vertices: [u32; 4],
+    pub weights: [f64; 4],
+    pub normal: [f64; 3],
+    pub distance: f64,
+}
+
+/// The same that meet, and when: jostle::PartImpact.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct jostle_part_impact_3f {
+    pub a: u32,
+    pub b: u32,
+    pub vertices: [u32; 4],
+    pub time: f32,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct jostle_part_impact_3d {
+    pub a: u32,
+    pub b: u32,
+    pub vertices: [u32; 4],
+    pub time: f64,
+}
+
+/// An edge that passes through a triangle, or touches it: jostle::Crossing.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct jostle_crossing {
+    pub edge: u32,
+    pub triangle: u32,
+}
+
+/// Blocks of jostle_near_parts_... of the space.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct jostle_near_surface {
+    pub vertex_triangle: jostle_blocks,
+    pub edge_edge: jostle_blocks,
+}
+
+/// Blocks of jostle_part_impact_... of the space.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct jostle_moving_surface {
+    pub vertex_triangle: jostle_blocks,
+    pub edge_edge: jostle_blocks,
+    /// the least time; 1 where there are none
+    pub safe_step: f64,
 }
 
 /// How work is cut: jostle::ProcessOptions.
