@@ -239,6 +239,12 @@ CALLS = {
     "neighbors, systems": lambda: jostle.neighbors([boxes[:20, 0], boxes[20:, 0]], 0.3, [1.0, 1, 1], [True, True, False], threads=1),
     "neighbors, none": lambda: jostle.neighbors(boxes[:1, 0], 0.3, quantities="ijSDdo", threads=1),
     "neighbors, a mistake": lambda: raised(lambda: jostle.neighbors(boxes[:, 0], -1, threads=1)),
+    # Surfaces.
+    "Surface": lambda: jostle.Surface(triangles, edges=[[1, 9]], points=[11]).edges,
+    "Surface, a mistake": lambda: raised(lambda: jostle.Surface([[0, 1, 1]])),
+    "vertex_triangle_impact": lambda: jostle.vertex_triangle_impact(boxes[:40].reshape(-1, 4, 3), boxes[20:].reshape(-1, 4, 3)),
+    "edge_edge_distance": lambda: jostle.edge_edge_distance(boxes[:40].reshape(-1, 4, 3)),
+    "edge_edge_impact, a mistake": lambda: raised(lambda: jostle.edge_edge_impact([[[0.0, 0, 0]] * 4], [[[1.0, 0, 0]] * 4], -1)),
     # Shapes.
     "sphere": lambda: jostle.sphere(1),
     "sphere, a mistake": lambda: raised(lambda: jostle.sphere("large")),
@@ -462,6 +468,25 @@ def test_neighbor_stream():
         return parts
 
     assert starve(lambda: jostle.NeighborFinder(threads=1), stream, later=stream) > 0
+
+
+@pytest.mark.parametrize("verb", ("near", "moving", "crossings"))
+def test_surface_finder(verb):
+    surface = jostle.Surface(np.arange(60).reshape(20, 3))
+
+    def make():
+        finder = jostle.SurfaceFinder(threads=1)
+        finder.near(jostle.Surface([[0, 1, 2]]), boxes[:3, 0], 0.3)
+        return finder
+
+    def find(finder):
+        if verb == "near":
+            return tuple(finder.near(surface, boxes[:60, 0], 0.3, thickness=np.full(60, 0.01)))
+        if verb == "moving":
+            return tuple(finder.moving(surface, boxes[:60, 0], moved[:, 0], 0.1))
+        return finder.crossings(surface, boxes[:60, 0])
+
+    assert starve(make, find, later=find) > 0
 
 
 def next_update(world):

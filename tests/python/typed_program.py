@@ -12,6 +12,11 @@ def use(boxes: np.ndarray) -> int:
     i, j = jostle.neighbors(boxes[:, 0], 1.0, periodic=False)
     searched: bool = jostle.NeighborFinder(skin=0.1).searched
     jostle.neighbors(boxes[:, 0], 1.0, half=True)  # type: ignore[call-arg]
+    cloth = jostle.Surface([[0, 1, 2], [3, 4, 5]], points=[7])
+    near: jostle.NearSurface = jostle.SurfaceFinder().near(cloth, boxes[:8, 0], 0.1)
+    near.vertex_triangle["distance"].min()
+    safe: float = jostle.SurfaceFinder(threads=1).moving(cloth, boxes[:8, 0], boxes[:8, 1]).safe_step
+    jostle.SurfaceFinder().crossings(cloth, boxes[:8, 0], rest=boxes)  # type: ignore[call-arg]
     listed: jostle.ase.NeighborList = jostle.ase.NeighborList([1.0], self_interaction=False)
     world = jostle.World(3, np.float32)
     ids: np.ndarray = world.add(boxes)

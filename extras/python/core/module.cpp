@@ -41,6 +41,7 @@ PYBIND11_MODULE(_core, m)
     define_pairs(m);
     define_spheres(m);
     define_neighbors(m);
+    define_surfaces(m);
     define_pair_stream(m);
     define_queries(m);
     define_index(m);

@@ -14,6 +14,7 @@ namespace jostle_python {
 void define_pairs(py::module_& m);
 void define_spheres(py::module_& m);
 void define_neighbors(py::module_& m);
+void define_surfaces(py::module_& m);
 void define_pair_stream(py::module_& m);
 void define_queries(py::module_& m);
 void define_index(py::module_& m);

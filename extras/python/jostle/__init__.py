@@ -34,18 +34,21 @@ from ._queries import (Queries, frustums, nearest, nearest_to_boxes, nearest_to_
                        spheres, sweeps)
 from ._shapes import (Shape, Shapes, box, capsule, compound, cone, cylinder, ellipsoid, half_space, height_field, hull, mesh,
                       motions, poses, rounded_box, rounded_hull, sphere)
+from ._surfaces import (MovingSurface, NearSurface, Surface, SurfaceFinder, edge_edge_distance, edge_edge_impact, vertex_triangle_distance,
+                        vertex_triangle_impact)
 from ._world import EndedPairs, PairSlots, World
 
 __version__ = version()
 if list(instruction_sets()) == ["scalar"]:  # pip shows nothing of what the build says
     _warnings.warn("jostle works without SIMD, several times as slow: it was built without Google Highway (Debian: "
                    "libhwy-dev), or this processor has nothing of the kind", RuntimeWarning, stacklevel=2)
-__all__ = ["Answers", "BoxIndex", "ClosePairs", "ClosedMesh", "ContactFinder", "EndedPairs", "Error", "Hits", "NeighborFinder", "NoSuchObjectError",
+__all__ = ["Answers", "BoxIndex", "ClosePairs", "ClosedMesh", "ContactFinder", "EndedPairs", "Error", "Hits", "MovingSurface", "NearSurface", "NeighborFinder",
+           "NoSuchObjectError",
            "PairFinder", "PairSlots", "Queries", "ScenePairs", "Shape", "ShapeAnswers",
-           "Shapes", "StaleIdError", "World", "ase", "bounds", "box", "capsule",
-           "compound", "cone", "contacts", "cylinder", "distances", "ellipsoid", "find_pairs",
+           "Shapes", "StaleIdError", "Surface", "SurfaceFinder", "World", "ase", "bounds", "box", "capsule",
+           "compound", "cone", "contacts", "cylinder", "distances", "edge_edge_distance", "edge_edge_impact", "ellipsoid", "find_pairs",
            "find_periodic_pairs", "find_scenes", "frustums", "half_space", "height_field", "hull", "impacts",
            "instruction_sets", "iter_pairs", "join", "mesh", "motions", "nearest", "nearest_to_boxes",
            "nearest_to_shapes", "neighbors", "overlapping", "plot", "posed_shapes",
            "poses", "ray_casts", "rays", "rounded_box", "rounded_hull", "shape_casts", "shape_sweeps", "spatial_order", "sphere", "spheres",
-           "sum_by_object", "sweeps", "touching", "trimesh", "version"]
+           "sum_by_object", "sweeps", "touching", "trimesh", "version", "vertex_triangle_distance", "vertex_triangle_impact"]

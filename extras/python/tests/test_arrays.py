@@ -170,6 +170,21 @@ def neighbors(dtype):
         yield name, dict(types=types, others=others, types_b=types), of_kinds
 
 
+def surfaces(dtype):
+    triangles, edges, points = np.array([[0, 1, 2], [3, 4, 5], [6, 7, 8]]), np.array([[9, 10]]), np.array([11])
+    surface, finder = jostle.Surface(triangles, edges, points), jostle.SurfaceFinder(threads=1)
+    yield "Surface.__init__", dict(triangles=triangles, edges=edges, points=points), lambda **a: jostle.Surface(**a).edges
+    at, bodies = LO.astype(dtype), np.arange(N) // 3
+    options = dict(thickness=np.full(N, dtype(0.25)), rest=2 * at + dtype(1), bodies=bodies)
+    yield "SurfaceFinder.near", dict(positions=at, **options), lambda **a: finder.near(surface, distance=2, **a)
+    yield "SurfaceFinder.moving", dict(start=at, end=at[::-1], **options), lambda **a: finder.moving(surface, **a)
+    yield "SurfaceFinder.crossings", dict(positions=at, bodies=bodies), lambda **a: finder.crossings(surface, **a)
+    corners = RNG.integers(0, 12, (5, 4, 3)) / 4
+    for name in ("vertex_triangle", "edge_edge"):
+        yield f"{name}_impact", dict(start=corners, end=corners[::-1]), lambda name=name, **a: getattr(jostle, f"{name}_impact")(**a)
+        yield f"{name}_distance", dict(positions=corners), lambda name=name, **a: getattr(jostle, f"{name}_distance")(**a)
+
+
 def indexes(dtype):
     boxes, ids = BOXES.astype(dtype), np.arange(N, dtype=np.uint32)[::-1] * 2
     again = {name: np.repeat(values, 2) for name, values in MASKS.items()}
@@ -312,7 +327,7 @@ def contacts(dtype):
         yield "sum_by_object", dict(objects=objects, values=values), lambda **a: jostle.sum_by_object(count=5, **a)
 
 
-ROOMS = (queries, pairs, neighbors, indexes, worlds, shapes, contacts)
+ROOMS = (queries, pairs, neighbors, surfaces, indexes, worlds, shapes, contacts)
 
 
 def parts_of(answer):

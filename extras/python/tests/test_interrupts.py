@@ -17,6 +17,7 @@ boxes = np.zeros((120_000, 2, 3)); boxes[:, 1] = 1   # all of them touch: 7 bill
 world, index = jostle.World(3), jostle.BoxIndex(boxes)
 apart = np.arange(20_000.0)[:, None, None] * np.ones((1, 2, 3))
 crowded, scenes = np.concatenate([apart, boxes]), np.append(np.arange(20_001), 140_000)   # one scene has all of it
+grains = jostle.Surface(np.arange(120_000).reshape(-1, 3))
 again = lambda: (len(world), len(index))
 """
 
@@ -96,6 +97,7 @@ jostle.find_scenes(crowded, scenes)
 jostle.join(boxes[:, 0], 1)
 jostle.neighbors(boxes[:, 0], 1)
 jostle.NeighborFinder(skin=1).find(boxes[:, 0], 1, [8, 8, 8], True)
+jostle.SurfaceFinder().near(grains, boxes[:, 0], 1)
 for part in jostle.iter_pairs(boxes): pass
 world.update(world.add(boxes), boxes)
 index.join(boxes)
