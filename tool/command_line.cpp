@@ -74,6 +74,7 @@ void add_commands(CLI::App& app)
     add_bench_command(command);
     add_chapter_command(command);
     add_compare_command(command);
+    add_surface_command(command);
     add_demo_command(command);
     add_simulate_command(command);
     add_replay_command(command);
@@ -86,6 +87,7 @@ void add_commands(CLI::App& app)
   jostle chapter                    the chapter's figures on this machine
   jostle demo                       recorded moving boxes, frame by frame
   jostle compare mine.jrec          what every system takes on your own boxes
+  jostle surface cloth.obj          what of a mesh is near itself, or crosses itself
   jostle report result.json         saved measurements as a page with plots
   jostle simulate                   bodies that fall, collide and come to rest
   jostle replay mine.jrec           recorded boxes in your browser

@@ -21,6 +21,7 @@ void add_pairs_command(const Command& app);
 void add_bench_command(const Command& app);
 void add_chapter_command(const Command& app);
 void add_compare_command(const Command& app);
+void add_surface_command(const Command& app);
 void add_demo_command(const Command& app);
 void add_simulate_command(const Command& app);
 void add_replay_command(const Command& app);

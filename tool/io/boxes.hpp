@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -69,6 +70,9 @@ struct ReadOptions
 [[nodiscard]] BoxSet read_csv(InputFile& file);
 [[nodiscard]] BoxSet read_npy(InputFile& file);
 [[nodiscard]] BoxSet read_mesh(const std::string& path, bool parts);
+using MeshTriangle = std::array<jostle::Vec3f, 3>; ///< its corners
+/// The triangles of a mesh, in the order of their boxes.
+[[nodiscard]] std::vector<MeshTriangle> read_triangles(const std::string& path);
 [[nodiscard]] BoxSet read_recording(const std::string& path, std::uint32_t frame);
 [[nodiscard]] bool is_mesh_extension(const std::string& extension);
 

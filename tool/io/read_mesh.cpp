@@ -21,6 +21,7 @@
 #include <new>
 #include <set>
 #include <system_error>
+#include <type_traits>
 #include <utility>
 
 #include <assimp/IOSystem.hpp>
@@ -42,34 +43,44 @@ namespace {
 
 using jostle::Aabb3f;
 
-/// The boxes of a scene's triangles, or of its parts: a part is a mesh as one node of the scene places it.
-class SceneBoxes
+/// What is wanted of a scene: its triangles, their boxes, or those of its parts. A part is a mesh as one node
+/// of the scene places it.
+enum class Wanted
+{
+    triangles,
+    boxes,
+    boxes_of_parts
+};
+
+/// An `Item` is a MeshTriangle or an Aabb3f.
+template <class Item>
+class SceneItems
 {
   public:
-    SceneBoxes(const aiScene& scene, bool parts) : scene_(scene), parts_(parts)
+    SceneItems(const aiScene& scene, Wanted wanted) : scene_(scene), parts_(wanted == Wanted::boxes_of_parts)
     {
         if (scene.mRootNode == nullptr) return;
         // Nodes share meshes, so that few bytes can stand for many triangles: all the memory is asked for at
         // once, and refused at once.
-        const std::uint64_t count = count_boxes(*scene.mRootNode);
-        if (count > boxes.max_size()) throw std::bad_alloc();
-        boxes.reserve(count);
+        const std::uint64_t count = count_items(*scene.mRootNode);
+        if (count > items.max_size()) throw std::bad_alloc();
+        items.reserve(count);
         add_node(*scene.mRootNode, aiMatrix4x4());
     }
-    std::vector<Aabb3f> boxes;
+    std::vector<Item> items;
 
   private:
     static constexpr float infinity = std::numeric_limits<float>::infinity();
     static constexpr Aabb3f nothing = {{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
 
     /// At least as many as there are.
-    [[nodiscard]] std::uint64_t count_boxes(const aiNode& node) const
+    [[nodiscard]] std::uint64_t count_items(const aiNode& node) const
     {
         std::uint64_t count = 0;
         for (unsigned i = 0; i < node.mNumMeshes; ++i)
             count += parts_ ? 1 : mesh_of(node, i).mNumFaces;
         for (unsigned i = 0; i < node.mNumChildren; ++i)
-            count += count_boxes(*node.mChildren[i]);
+            count += count_items(*node.mChildren[i]);
         return count;
     }
 
@@ -96,7 +107,7 @@ class SceneBoxes
         for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
             const aiFace& face = mesh.mFaces[f];
             if (face.mNumIndices != 3) continue; // points and lines stay what they are
-            Aabb3f triangle = nothing;
+            MeshTriangle corners;
             for (unsigned corner = 0; corner < 3; ++corner) {
                 if (face.mIndices[corner] >= mesh.mNumVertices)
                     throw UsageError("triangle " + std::to_string(triangles_) +
@@ -105,22 +116,24 @@ class SceneBoxes
                 if (!std::isfinite(at.x) || !std::isfinite(at.y) || !std::isfinite(at.z))
                     throw UsageError("triangle " + std::to_string(triangles_) +
                                      " has a corner that isn't finite; mend or drop the triangle");
-                include(triangle, at);
-                include(part, at);
+                corners[corner] = {at.x, at.y, at.z};
             }
             any = true;
             ++triangles_;
-            if (!parts_) boxes.push_back(triangle);
+            if constexpr (std::is_same_v<Item, MeshTriangle>) {
+                items.push_back(corners);
+            } else {
+                Aabb3f box = parts_ ? part : nothing;
+                for (const jostle::Vec3f& at : corners)
+                    box = {jostle::min(box.lo, at), jostle::max(box.hi, at)};
+                if (parts_)
+                    part = box;
+                else
+                    items.push_back(box);
+            }
         }
-        if (parts_ && any) boxes.push_back(part);
-    }
-
-    static void include(Aabb3f& box, const aiVector3D& at)
-    {
-        for (unsigned d = 0; d < 3; ++d) {
-            box.lo[d] = std::min(box.lo[d], at[d]);
-            box.hi[d] = std::max(box.hi[d], at[d]);
-        }
+        if constexpr (std::is_same_v<Item, Aabb3f>)
+            if (parts_ && any) items.push_back(part);
     }
 
     const aiScene& scene_;
@@ -240,7 +253,8 @@ class MeshFolder : public Assimp::IOSystem
 
 bool out_of_memory = false; // Assimp makes text of exceptions
 
-std::vector<Aabb3f> import(const std::string& path, bool parts)
+template <class Item>
+std::vector<Item> import(const std::string& path, Wanted wanted)
 {
     std::set_new_handler([] {
         out_of_memory = true;
@@ -259,9 +273,9 @@ std::vector<Aabb3f> import(const std::string& path, bool parts)
     if (scene == nullptr)
         throw UsageError("can't be read as a mesh (" + shortened(importer.GetErrorString(), 200) +
                          "); check or export it again");
-    SceneBoxes found(*scene, parts);
-    if (found.boxes.empty()) throw UsageError("has no triangles; give a mesh with faces");
-    return std::move(found.boxes);
+    SceneItems<Item> found(*scene, wanted);
+    if (found.items.empty()) throw UsageError("has no triangles; give a mesh with faces");
+    return std::move(found.items);
 }
 
 /// Whether all of it could be sent.
@@ -275,10 +289,11 @@ bool send(int to, const void* data, std::size_t size)
     }
 }
 
-constexpr char tag_boxes = 'B', tag_error = 'E';
+constexpr char tag_items = 'B', tag_error = 'E';
 
-/// The child's whole life: sends a tag and then the boxes or the message.
-[[noreturn]] void import_and_send(int to, const std::string& path, bool parts, std::uint64_t size)
+/// The child's whole life: sends a tag and then the items or the message.
+template <class Item>
+[[noreturn]] void import_and_send(int to, const std::string& path, Wanted wanted, std::uint64_t size)
 {
     // Importers print warnings of their own; the parent's one line says it all.
     if (const int nowhere = open("/dev/null", O_WRONLY); nowhere >= 0) {
@@ -296,8 +311,8 @@ constexpr char tag_boxes = 'B', tag_error = 'E';
     setrlimit(RLIMIT_CORE, &no_core);
     std::string message;
     try {
-        const std::vector<Aabb3f> boxes = import(path, parts);
-        const bool sent = send(to, &tag_boxes, 1) && send(to, boxes.data(), boxes.size() * sizeof(Aabb3f));
+        const std::vector<Item> items = import <Item>(path, wanted);
+        const bool sent = send(to, &tag_items, 1) && send(to, items.data(), items.size() * sizeof(Item));
         _exit(sent ? 0 : 1);
     } catch (const std::bad_alloc&) {
         message = "needs more memory than a sound mesh of its size does; check or export it again";
@@ -313,14 +328,9 @@ struct Descriptor
     ~Descriptor() { close(fd); }
 };
 
-} // namespace
-
-bool is_mesh_extension(const std::string& extension)
-{
-    return extension.size() > 1 && Assimp::Importer().IsExtensionSupported(extension);
-}
-
-BoxSet read_mesh(const std::string& path, bool parts)
+/// What the child sends.
+template <class Item>
+std::vector<Item> read_items(const std::string& path, Wanted wanted)
 {
     const std::optional<std::uint64_t> size = InputFile(path).size();
     if (!size)
@@ -334,7 +344,7 @@ BoxSet read_mesh(const std::string& path, bool parts)
         prctl(PR_SET_PDEATHSIG, SIGKILL);
         if (getppid() != parent) _exit(1); // it was gone before
         close(ends[0]);
-        import_and_send(ends[1], path, parts, *size);
+        import_and_send<Item>(ends[1], path, wanted, *size);
     }
     const int fork_error = errno;
     close(ends[1]);
@@ -343,7 +353,7 @@ BoxSet read_mesh(const std::string& path, bool parts)
     const Progress progress("reading " + path, 0);
     char tag = 0;
     std::string message;
-    std::vector<Aabb3f> boxes;
+    std::vector<Item> items;
     std::size_t received = 0; // bytes after the tag
     std::vector<char> buffer(std::size_t{1} << 18);
     for (;;) {
@@ -358,9 +368,9 @@ BoxSet read_mesh(const std::string& path, bool parts)
         if (tag == tag_error) {
             message += bytes;
         } else {
-            boxes.resize((received + bytes.size() + sizeof(Aabb3f) - 1) / sizeof(Aabb3f));
+            items.resize((received + bytes.size() + sizeof(Item) - 1) / sizeof(Item));
             if (!bytes.empty())
-                std::memcpy(reinterpret_cast<char*>(boxes.data()) + received, bytes.data(), bytes.size());
+                std::memcpy(reinterpret_cast<char*>(items.data()) + received, bytes.data(), bytes.size());
             received += bytes.size();
         }
     }
@@ -368,14 +378,31 @@ BoxSet read_mesh(const std::string& path, bool parts)
     while (waitpid(child, &status, 0) < 0 && errno == EINTR)
         ;
     if (tag == tag_error) throw UsageError(path + ": " + message);
-    if (!WIFEXITED(status) || WEXITSTATUS(status) != 0 || tag != tag_boxes || received % sizeof(Aabb3f) != 0)
+    if (!WIFEXITED(status) || WEXITSTATUS(status) != 0 || tag != tag_items || received % sizeof(Item) != 0)
         throw UsageError(
             path + ": is damaged: the mesh importer (Assimp) crashed on it or found no end; export it again");
-    if (boxes.size() > ~std::uint32_t{0})
+    if (items.size() > ~std::uint32_t{0})
         throw UsageError(path + ": has more triangles than 32 bits can number; split it");
+    return items;
+}
+
+} // namespace
+
+bool is_mesh_extension(const std::string& extension)
+{
+    return extension.size() > 1 && Assimp::Importer().IsExtensionSupported(extension);
+}
+
+BoxSet read_mesh(const std::string& path, bool parts)
+{
     BoxSet set;
-    set.boxes = std::move(boxes);
+    set.boxes = read_items<Aabb3f>(path, parts ? Wanted::boxes_of_parts : Wanted::boxes);
     return set;
+}
+
+std::vector<MeshTriangle> read_triangles(const std::string& path)
+{
+    return read_items<MeshTriangle>(path, Wanted::triangles);
 }
 
 } // namespace jostle_tool

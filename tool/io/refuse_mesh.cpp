@@ -24,4 +24,9 @@ BoxSet read_mesh(const std::string& path, bool)
                ".csv or .npy");
 }
 
+std::vector<MeshTriangle> read_triangles(const std::string& path)
+{
+    throw UsageError(path + ": this build of jostle reads no mesh, as it has no Assimp");
+}
+
 } // namespace jostle_tool
