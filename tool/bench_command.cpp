@@ -442,6 +442,7 @@ void add_bench_command(const Command& app)
     add_bench_distances_command(command);
     add_bench_plane_command(command);
     add_bench_neighbors_command(command);
+    add_bench_surfaces_command(command);
     add_bench_responses_command(command);
     add_bench_scenes_command(command);
     add_bench_programs_command(command);

@@ -38,5 +38,6 @@ void add_bench_contacts_command(const Command& bench);  // jostle bench contacts
 void add_bench_distances_command(const Command& bench); // jostle bench distances
 void add_bench_plane_command(const Command& bench);     // jostle bench plane
 void add_bench_neighbors_command(const Command& bench); // jostle bench neighbors
+void add_bench_surfaces_command(const Command& bench);  // jostle bench surfaces
 
 } // namespace jostle_tool

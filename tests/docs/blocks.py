@@ -39,7 +39,7 @@ others = {"bullet": (pathlib.Path("/usr/include/bullet"), ["-isystem", "/usr/inc
                   "int count, char** arguments, int provided, std::uint64_t id")}
 known = {"cpp", "console", "python", "bash", "js", "c", "cmake", "text", "json", "csharp", "rust"}
 run_elsewhere = {"c": {"docs/guide/c.md"}, ">>>": {"docs/guide/python.md", "docs/start/python.md", "docs/start/rectangles.md",
-                                                           "docs/start/detections.md"},
+                                                           "docs/start/detections.md", "docs/guide/surfaces.md"},
                  "js": {"docs/guide/javascript.md", "docs/start/browser.md"}, "csharp": {"docs/guide/csharp.md"},
                  "rust": {"docs/guide/rust.md"}}
 python = "/usr/bin/python3"
@@ -160,7 +160,7 @@ def check_shell(block):
             continue
         subcommand = [] if words[1].startswith("-") else [words[1]]
         if subcommand == ["bench"] and len(words) > 2 and words[2] in ("world", "questions", "contacts", "distances",
-                                                                       "plane", "neighbors", "responses", "scenes", "programs"):
+                                                                       "plane", "neighbors", "surfaces", "responses", "scenes", "programs"):
             subcommand.append(words[2])
         told = subprocess.run([tool, *subcommand, "--help"], capture_output=True, text=True, check=False)
         if told.returncode:
