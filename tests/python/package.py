@@ -118,7 +118,7 @@ def main():
         for example in sorted((source / "examples/python").glob("*.py")):
             run(venv_python(scratch), example, cwd=scratch, env=environment)
             print(example.name, "ran")
-        for page in ("docs/guide/python.md", "docs/start/python.md", "docs/start/rectangles.md", "docs/start/detections.md"):
+        for page in ("docs/guide/python.md", "docs/guide/surfaces.md", "docs/start/python.md", "docs/start/rectangles.md", "docs/start/detections.md"):
             text = (source / page).read_text()
             lines = "\n".join(line for block in re.findall(r"^```console\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
                               for line in block.splitlines() if not line.startswith("$"))
