@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 
 import DefaultFlatbush, { Flatbush } from "jostle/flatbush";
-import { random } from "./help.js";
+import { spread } from "./help.js";
 
 const peer = await import("flatbush").then(
   (all) => all.default,
@@ -47,7 +47,7 @@ function made(Index, all, ...more) {
 for (const kind of Object.keys(rectangles_of))
   test(`finds what a list says: ${kind}`, () => {
     for (let seed = 1; seed <= 40; ++seed) {
-      const next = random(seed);
+      const next = spread(seed);
       const all = Array.from({ length: 1 + Math.floor(400 * next() ** 3) }, () => rectangles_of[kind](next));
       const index = made(Flatbush, all);
       for (let k = 0; k < 10; ++k) {
@@ -96,7 +96,7 @@ test("finds what flatbush finds, for all types of numbers", { skip }, () => {
   ];
   for (const ArrayType of types)
     for (const count of [1, 15, 16, 17, 300, 5000]) {
-      const next = random(count),
+      const next = spread(count),
         all = Array.from({ length: count }, () => rectangles_of.random(next));
       const ours = made(Flatbush, all, 16, ArrayType),
         theirs = made(peer, all, 16, ArrayType);
@@ -126,7 +126,7 @@ test("finds what flatbush finds, for all types of numbers", { skip }, () => {
 
 test("what flatbush's own page says runs with one changed line", () => {
   for (const Index of [DefaultFlatbush, Flatbush, peer].filter(Boolean)) {
-    const next = random(3),
+    const next = spread(3),
       items = Array.from({ length: 1000 }, () => {
         const [minX, minY, maxX, maxY] = rectangles_of.random(next);
         return { minX, minY, maxX, maxY, foo: next() < 0.5 ? "bar" : "" };
@@ -168,7 +168,7 @@ test("data goes to flatbush and comes from it", { skip }, () => {
       [300, 5],
       [20_000, 16],
     ]) {
-      const next = random(count),
+      const next = spread(count),
         all = Array.from({ length: count }, () => rectangles_of.random(next));
       const theirs = made(peer, all, nodeSize, ArrayType, Buffer),
         ours = made(Flatbush, all, nodeSize, ArrayType, Buffer);
@@ -247,7 +247,7 @@ test("bad input is refused by name", () => {
 });
 
 test("a filter may ask the same index", () => {
-  const next = random(8),
+  const next = spread(8),
     all = Array.from({ length: 50 }, () => rectangles_of.random(next));
   const index = made(Flatbush, all);
   const busy = (i, ...box) => index.search(...(box.length ? box : all[i])).includes(i);

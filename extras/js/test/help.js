@@ -21,6 +21,11 @@ export function random(seed) {
   };
 }
 
+/** The same for small seeds, of which the first numbers would all be near 0. */
+export function spread(seed) {
+  return random(Math.imul(seed, 0x9e3779b1));
+}
+
 export function random_boxes(
   count,
   dim,

@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 
 import DefaultRBush, { RBush } from "jostle/rbush";
-import { random } from "./help.js";
+import { spread } from "./help.js";
 
 const peer = await import("rbush").then(
   (all) => all.default,
@@ -62,7 +62,7 @@ for (const kind of Object.keys(boxes_of))
       { skip: Peer === peer && without_peer },
       () => {
         for (let seed = 1; seed <= 30; ++seed) {
-          const next = random(seed),
+          const next = spread(seed),
             tree = new RBush(),
             slow = Peer ? new Peer() : new Slow();
           const there = [];
@@ -154,7 +154,7 @@ test("what rbush's own page says runs with one changed line", () => {
 });
 
 test("trees go to rbush as JSON, and come from it", { skip: without_peer }, () => {
-  const next = random(5),
+  const next = spread(5),
     items = Array.from({ length: 500 }, () => item_of("random", next));
   const everywhere = { minX: -1, minY: -1, maxX: 200, maxY: 200 },
     some = { minX: 20, minY: 30, maxX: 50, maxY: 50 };
