@@ -157,14 +157,23 @@ def neighbors(dtype):
     radii, types, table = np.arange(N) / 8, np.arange(N, dtype=np.uint32) % 2, np.array([[1, 0.5], [0.5, 1.5]])
     space, flags = dict(cell=cell, periodic=np.array([True, False, True])), np.arange(9).reshape(3, 3) % 2 == 0
     cells = np.stack([cell, 2 * cell, cell + np.eye(3)])
-    for name, find in (("neighbors", jostle.neighbors), ("NeighborFinder.find", jostle.NeighborFinder(threads=1).find)):
+    finder = jostle.NeighborFinder(threads=1)
+
+    def streamed(points, cutoff, **more):
+        blocks = []
+        finder.stream(points, cutoff, lambda *block: blocks.append(block), rows=5, **more)
+        return [array for block in blocks for array in block]
+
+    for name, find in (("neighbors", jostle.neighbors), ("NeighborFinder.find", finder.find), ("NeighborFinder.stream", streamed)):
         call = lambda find=find, **a: find(**a, quantities="ijSDdo")
         yield name, dict(points=points, cutoff=np.array(1.5), **space), call
         yield name, dict(points=points, cutoff=radii, cell=np.array([4, 4, 4.0]), periodic=np.array(True)), call
         yield name, dict(points=points, cutoff=radii, others=others, cutoff_b=radii, **space), call
         yield name, dict(points=points, cutoff=table, types=types, **space), call
         yield name, dict(points=points, cutoff=table, types=types, others=others, types_b=1 - types), call
-        yield name, dict(points=points, cutoff=np.array(1.5), offsets=np.array([0, 5, 5, N], np.uint64), cell=cells, periodic=flags), call
+        if find != streamed:
+            yield name, dict(points=points, cutoff=np.array(1.5), offsets=np.array([0, 5, 5, N], np.uint64), cell=cells,
+                             periodic=flags), call
         of_kinds = lambda find=find, **a: find(points, {(0, 1): 1.5, (0, 0): 1}, quantities="ij", **a)
         yield name, dict(types=types), of_kinds
         yield name, dict(types=types, others=others, types_b=types), of_kinds
