@@ -9,6 +9,20 @@
 
 JOSTLE_NAMESPACE_BEGIN
 
+/// What printf wrote of a number, with a point in place of the locale's, which has one byte or several.
+inline std::string with_a_point(const char* printed)
+{
+    std::string text;
+    bool has_point = false;
+    for (const char* at = printed; *at != 0; ++at) {
+        const bool is_own =
+            (*at >= '0' && *at <= '9') || (*at >= 'a' && *at <= 'z') || *at == '-' || *at == '+';
+        if (is_own || !has_point) text += is_own ? *at : '.';
+        has_point = has_point || !is_own;
+    }
+    return text;
+}
+
 /// A number for messages, with as many digits as tell it from all others, whatever locale the program has.
 /// (Not by a stream: where nothing else has one, its locales would be a quarter of a program, such as the npm
 /// package's smallest modules.)
@@ -17,15 +31,7 @@ std::string number_text(T number)
 {
     char digits[40];
     std::snprintf(digits, sizeof digits, "%.*g", std::numeric_limits<T>::max_digits10, double{number});
-    std::string text;
-    bool has_point = false; // which is the locale's, of one byte or several
-    for (const char* at = digits; *at != 0; ++at) {
-        const bool is_own =
-            (*at >= '0' && *at <= '9') || (*at >= 'a' && *at <= 'z') || *at == '-' || *at == '+';
-        if (is_own || !has_point) text += is_own ? *at : '.';
-        has_point = has_point || !is_own;
-    }
-    return text;
+    return with_a_point(digits);
 }
 
 JOSTLE_NAMESPACE_END

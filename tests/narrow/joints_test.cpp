@@ -166,6 +166,28 @@ TEST(AMesh, WithoutAnyWidthHasContacts)
     EXPECT_FALSE(contacts(Shape2(point), Pose2d{}, Shape2::sphere(0.5), Pose2d{{0.1, 0.4}}).empty());
 }
 
+/// A triangle without width has contacts of its own where it leaves the one that its middle lies on.
+TEST(AMesh, HasContactsWhereItTouches)
+{
+    Random random(73);
+    int touch = 0;
+    for (int round = 0; round < 30000; ++round) {
+        std::vector<Vec3d> corners(5), others(3);
+        for (auto* const points : {&corners, &others})
+            for (Vec3d& p : *points)
+                for (int d = 0; d < 3; ++d)
+                    p[d] = 0.5 * random.below(5) - 1;
+        const auto a = static_cast<std::uint32_t>(random.below(5)),
+                   b = static_cast<std::uint32_t>(random.below(5));
+        const Mesh<3> mesh(corners, Triangles{{0, 1, 2}, {a, b, random.chance(0.5) ? a : b}});
+        const Mesh<3> other(others, Triangles{{0, 1, 2}});
+        if (!touching(Shape3(mesh), Pose3d{}, Shape3(other), Pose3d{})) continue;
+        ++touch;
+        ASSERT_FALSE(contacts(Shape3(mesh), Pose3d{}, Shape3(other), Pose3d{}).empty()) << round;
+    }
+    EXPECT_GT(touch, 5000);
+}
+
 /// A side that nothing goes on beyond is one, also where others of the plane end.
 TEST(ALevelFloor, StillHasABorder)
 {

@@ -124,7 +124,7 @@ bool part_touch(const Part<2>& a, const Part<2>& b)
 {
     Gap<2> gap;
     part_gap(a, b, 0, gap);
-    return gap.distance <= 0;
+    return gap.distance <= 0 && !is_covered(a) && !is_covered(b); // as part_contact()
 }
 template <>
 bool part_touch(const Part<3>& a, const Part<3>& b)
@@ -133,7 +133,7 @@ bool part_touch(const Part<3>& a, const Part<3>& b)
         return convex_touch(a.core, b.core);
     Gap<3> gap;
     part_gap(a, b, 0, gap);
-    return gap.distance <= 0;
+    return gap.distance <= 0 && !is_covered(a) && !is_covered(b); // as part_contact()
 }
 
 template <>

@@ -353,11 +353,12 @@ bool is_covered(const Part<Dim>& part)
     if (part.mesh == nullptr) return false;
     const Facet<Dim> own(*part.mesh, part.number);
     if (!own.is_needle()) return false;
-    V<Dim> sum;
-    for (const V<Dim>& corner : own.corner)
-        sum += corner;
-    return another_has(*part.mesh, part.number, no_vertex, sum * (1.0 / Dim), straight * std::sqrt(own.size2),
-                       [](const Facet<Dim>&) { return true; });
+    const double slack = straight * std::sqrt(own.size2);
+    return another_has(*part.mesh, part.number, no_vertex, own.corner[0], slack,
+                       [&](const Facet<Dim>& other) {
+                           return std::all_of(std::begin(own.corner), std::end(own.corner),
+                                              [&](const V<Dim>& corner) { return other.has(corner, slack); });
+                       });
 }
 template bool is_covered(const Part<2>&);
 template bool is_covered(const Part<3>&);

@@ -13,8 +13,7 @@ namespace narrow {
 Answer surface_contact(const Core2& a, const Part<2>& b, double margin, Manifold<2>& manifold, double& gap);
 Answer surface_contact(const Core3& a, const Part<3>& b, double margin, Manifold<3>& manifold, double& gap);
 
-/// Whether a part is an element of a mesh without width whose middle lies on another one: that has the
-/// contacts.
+/// Whether a part is an element of a mesh without width that lies on another one: that has the contacts.
 template <int Dim>
 bool is_covered(const Part<Dim>& part);
 
