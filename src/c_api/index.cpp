@@ -4,6 +4,7 @@
 
 #include "c_api/queries.hpp"
 #include "jostle/box_index.hpp"
+#include "jostle/spatial_order.hpp"
 
 namespace jostle::c_api {
 namespace {
@@ -330,6 +331,18 @@ jostle_status jostle_box_answers(jostle_space space, const jostle_queries* queri
                     at[i] = found.value_or(T(0));
                 }
             });
+        });
+    });
+}
+jostle_status jostle_spatial_order(jostle_space space, const jostle_boxes* boxes,
+                                   const jostle_options* options, uint32_t* order, jostle_error* error)
+{
+    return guarded(error, [&] {
+        const Kept kept = keep(options);
+        in_space(space, [&](auto in) {
+            const auto given = view<decltype(in)::dim, typename decltype(in)::T>(boxes, "boxes");
+            spatial_order(given, {wanted_array_of<std::uint32_t>(order, given.size(), "order"), given.size()},
+                          kept.options<FinderOptions>());
         });
     });
 }

@@ -3,7 +3,6 @@
 #include "c_api/results.hpp"
 #include "jostle/find_pairs.hpp"
 #include "jostle/periodic.hpp"
-#include "jostle/spatial_order.hpp"
 
 #include <limits>
 #include <variant>
@@ -331,19 +330,6 @@ jostle_status jostle_find_pairs_brute_force(jostle_space space, const jostle_box
                 into.pairs = find_pairs_brute_force(first, second, wish);
             });
         into.show(std::span<const Pair>(into.pairs));
-    });
-}
-
-jostle_status jostle_spatial_order(jostle_space space, const jostle_boxes* boxes,
-                                   const jostle_options* options, uint32_t* order, jostle_error* error)
-{
-    return guarded(error, [&] {
-        const Kept kept = keep(options);
-        in_space(space, [&](auto in) {
-            const auto given = view<decltype(in)::dim, typename decltype(in)::T>(boxes, "boxes");
-            spatial_order(given, {wanted_array_of<std::uint32_t>(order, given.size(), "order"), given.size()},
-                          kept.options<FinderOptions>());
-        });
     });
 }
 

@@ -1165,6 +1165,7 @@ extern "C" {
     pub fn jostle_find_pairs_brute_force(space: jostle_space, a: *const jostle_boxes, b: *const jostle_boxes, filter: *const jostle_filter, results: *mut jostle_results, error: *mut jostle_error) -> jostle_status;
     /// Writes an order of the boxes along space into `order`, one number per box: order\[k] is the position of the
     /// box that comes k-th. See jostle::spatial_order. `options` may be NULL.
+    #[cfg(feature = "world")]
     pub fn jostle_spatial_order(space: jostle_space, boxes: *const jostle_boxes, options: *const jostle_options, order: *mut u32, error: *mut jostle_error) -> jostle_status;
     /// `options` may be NULL.
     pub fn jostle_images_new(space: jostle_space, options: *const jostle_options, out: *mut *mut jostle_images, error: *mut jostle_error) -> jostle_status;
