@@ -84,21 +84,21 @@ std::vector<Aabb3f> boxes_of_edges(const Surface& surface, const Cloth& cloth)
 }
 
 /// Pairs of edges that share no vertex and whose boxes touch: what an impact is asked about.
-struct Questions
+struct Queries
 {
     std::vector<std::array<Vec3d, 4>> from, to;
 };
-Questions make_questions(const Surface& surface, const Cloth& cloth, const std::vector<Aabb3f>& boxes)
+Queries make_queries(const Surface& surface, const Cloth& cloth, const std::vector<Aabb3f>& boxes)
 {
     jostle::PairFinder finder;
-    Questions questions;
+    Queries queries;
     for (const jostle::Pair pair : finder.find(jostle::box_view(boxes))) {
         const auto &a = surface.edges()[pair.a], &b = surface.edges()[pair.b];
         if (a[0] == b[0] || a[0] == b[1] || a[1] == b[0] || a[1] == b[1]) continue;
-        questions.from.push_back({cloth.from[a[0]], cloth.from[a[1]], cloth.from[b[0]], cloth.from[b[1]]});
-        questions.to.push_back({cloth.to[a[0]], cloth.to[a[1]], cloth.to[b[0]], cloth.to[b[1]]});
+        queries.from.push_back({cloth.from[a[0]], cloth.from[a[1]], cloth.from[b[0]], cloth.from[b[1]]});
+        queries.to.push_back({cloth.to[a[0]], cloth.to[a[1]], cloth.to[b[0]], cloth.to[b[1]]});
     }
-    return questions;
+    return queries;
 }
 
 class SurfaceTable : public BenchTable
@@ -112,7 +112,7 @@ class SurfaceTable : public BenchTable
                         "ms", "min", "max", "found");
     }
     void row(const std::string& system, const char* of, std::uint32_t threads, const std::vector<double>& ms,
-             std::uint64_t found, std::uint64_t questions = 0)
+             std::uint64_t found, std::uint64_t queries = 0)
     {
         JsonRow json{{"system", system},
                      {"scene", of},
@@ -122,15 +122,15 @@ class SurfaceTable : public BenchTable
                      {"min_ms", rounded(ms.front())},
                      {"max_ms", rounded(ms.back())},
                      {"found", found}};
-        if (questions != 0) json.set("questions", questions);
+        if (queries != 0) json.set("queries", queries);
         add(json);
         if (!shown()) return;
         std::printf("%-10s %9llu %7u  %-7s %10.3f %10.3f %10.3f %12llu", of,
                     static_cast<unsigned long long>(triangles_), threads, system.c_str(), median(ms),
                     ms.front(), ms.back(), static_cast<unsigned long long>(found));
-        if (questions != 0)
-            std::printf("  %.0f ns each of %s", 1e6 * median(ms) / static_cast<double>(questions),
-                        grouped(questions).c_str());
+        if (queries != 0)
+            std::printf("  %.0f ns each of %s", 1e6 * median(ms) / static_cast<double>(queries),
+                        grouped(queries).c_str());
         std::printf("\n");
         std::fflush(stdout);
     }
@@ -176,13 +176,13 @@ void run(const BenchOptions& options)
             table.row("jostle", each->name, threads.count(), ms, found);
         }
         if (name == "impacts") {
-            const Questions questions = make_questions(surface, cloth, boxes);
+            const Queries queries = make_queries(surface, cloth, boxes);
             const auto ms = timed([&] {
                 found = 0;
-                for (std::size_t k = 0; k < questions.from.size(); ++k)
-                    found += jostle::edge_edge_impact(questions.from[k], questions.to[k]) ? 1 : 0;
+                for (std::size_t k = 0; k < queries.from.size(); ++k)
+                    found += jostle::edge_edge_impact(queries.from[k], queries.to[k]) ? 1 : 0;
             });
-            table.row("jostle", each->name, 1, ms, found, questions.from.size());
+            table.row("jostle", each->name, 1, ms, found, queries.from.size());
             jostle::SurfaceFinder3d finder;
             const std::uint64_t moving = finder.moving(surface, cloth.from, cloth.to).edge_edge.size();
             if (moving != found)

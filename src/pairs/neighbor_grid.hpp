@@ -238,7 +238,6 @@ struct NeighborGrid
 {
     using Wide = Vec<Dim, double>;
     static constexpr double far = sizeof(T) == 4 ? 32768 : 1073741824; // periods
-    static constexpr double infinity = std::numeric_limits<double>::infinity();
 
     bool repeats[detail::axes<Dim>];
     Wide vectors[detail::axes<Dim>], reciprocal[detail::axes<Dim>], origin;
@@ -336,10 +335,10 @@ struct NeighborGrid
                    : std::numeric_limits<T>::infinity();
     }
 
-    /// Fits the grid to points, of which each set has some. With one cell, all of them are looked at, in the
-    /// order in which rows list them.
-    void fit(const PointSet<Dim, T>& a, const PointSet<Dim, T>& b, double cutoff, bool one_cell)
+    /// Fits the grid to points, of which each set has some.
+    void fit(const PointSet<Dim, T>& a, const PointSet<Dim, T>& b, double cutoff)
     {
+        constexpr double infinity = std::numeric_limits<double>::infinity();
         double spread = 0;
         for (int d = 0; d < Dim; ++d) {
             double least = infinity, most = -infinity;
@@ -366,11 +365,11 @@ struct NeighborGrid
                     high[k] = std::max(high[k], f);
                 }
         }
-        divide(cutoff, spread, a.points.size() + b.points.size(), one_cell);
+        divide(cutoff, spread, a.points.size() + b.points.size());
     }
 
   private:
-    void divide(double cutoff, double spread, std::size_t points, bool one_cell)
+    void divide(double cutoff, double spread, std::size_t points)
     {
         const double eps = static_cast<double>(std::numeric_limits<T>::epsilon());
         double shifted = 0, wrapped = spread;
@@ -400,9 +399,7 @@ struct NeighborGrid
             per_cutoff *= std::min(1.0, reaches[k] / (repeats[k] ? 1 : high[k] - low[k]));
         // A cell's points look at the same others, which costs time once for all of them. So there should be
         // some of them; but a cell that is larger has more points that are too far away.
-        const double edge =
-            one_cell ? infinity
-                     : std::clamp(std::pow(48 / per_cutoff, 1.0 / Dim), 1 + 1e-9, 2.0); // of cutoffs
+        const double edge = std::clamp(std::pow(48 / per_cutoff, 1.0 / Dim), 1 + 1e-9, 2.0); // of cutoffs
         for (int k = 0; k < Dim; ++k) {
             scale[k] = 1 / (edge * reaches[k]);
             size[k] = repeats[k] ? std::max(1.0, std::floor(scale[k]))
@@ -460,7 +457,7 @@ struct GridPoints
     Buffer<Periods<Dim>> periods; ///< GridPoint::wrapped, by index
     Buffer<T> x, y, z;            ///< the points, wrapped, and 0 as padding
     std::size_t count = 0;
-    bool any_wrapped = false, is_one_cell = false;
+    bool any_wrapped = false;
 
     T* axis(int d) { return (d == 0 ? x : d == 1 ? y : z).data(); }
 
@@ -470,7 +467,6 @@ struct GridPoints
         std::size_t cells = 1;
         for (int k = 0; k < Dim; ++k)
             cells *= static_cast<std::size_t>(grid.cells[k]);
-        is_one_cell = cells == 1;
         points.reserve(n), cell.reserve(n), index.reserve(n), periods.reserve(n);
         for (int d = 0; d < Dim; ++d) {
             (d == 0 ? x : d == 1 ? y : z).reserve(n + neighbor_padding);

@@ -33,7 +33,6 @@ namespace {
 
 constexpr std::size_t rows_per_block = 128; // of work; up to three blocks are done by the calling thread
 constexpr std::size_t systems_per_block = 16;
-constexpr std::size_t points_of_small_system = 128; // looking at all of them is no more work than a grid
 constexpr int image_bits = 10; // of an image's number along an axis, in the key of a neighbour
 constexpr std::int64_t image_bias = 1 << (image_bits - 1);
 static_assert(most_images + 2 < image_bias);
@@ -176,10 +175,8 @@ struct NeighborFinder<Dim, T>::Implementation
         bool somebody() const { return !a.points.empty() && !b.points.empty(); }
     };
 
-    /// Up to `few` points need no grid.
-    explicit Implementation(const FinderOptions& given, std::size_t few = 0)
+    explicit Implementation(const FinderOptions& given)
         : options(given),
-          in_one_cell(few),
           kernels(&neighbors::kernels_for<Dim, T>(checked(given.instruction_set))),
           grid_a((check_memory(given.memory), given.memory)),
           grid_b(given.memory),
@@ -200,7 +197,6 @@ struct NeighborFinder<Dim, T>::Implementation
     }
 
     FinderOptions options;
-    std::size_t in_one_cell;
     const neighbors::NeighborKernels<Dim, T>* kernels;
     std::atomic<bool> in_use{false};
     neighbors::NeighborGrid<Dim, T> grid;
@@ -351,14 +347,11 @@ struct NeighborFinder<Dim, T>::Implementation
             for (std::size_t k = before; k < count; ++k)
                 sorted[k] = std::uint64_t{b.index[selected[k]]} << 32 | k;
         }
-        // Images of one point keep their order, which is that of their shifts. Points of a cell are in order.
-        const bool in_order = own.runs.size() <= 1 && b.is_one_cell;
+        // Images of one point keep their order, which is that of their shifts.
         const auto bits = static_cast<int>(std::bit_width(b.count - 1)), passes = (bits + 7) / 8;
-        if (!in_order)
-            sorted = radix_sort<8, 2>(
-                sorted, around.spare.data(), static_cast<std::uint32_t>(count),
-                [](std::uint64_t v) { return v; }, ((std::uint64_t{1} << bits) - 1) << 32,
-                std::max(1, (bits + passes - 1) / std::max(passes, 1)));
+        sorted = radix_sort<8, 2>(
+            sorted, around.spare.data(), static_cast<std::uint32_t>(count), [](std::uint64_t v) { return v; },
+            ((std::uint64_t{1} << bits) - 1) << 32, std::max(1, (bits + passes - 1) / std::max(passes, 1)));
         const std::uint32_t here = neighbors::code_of<Dim>({});
         for (std::size_t k = 0; k < count; ++k) {
             const auto chosen = static_cast<std::uint32_t>(sorted[k]);
@@ -686,13 +679,11 @@ struct NeighborFinder<Dim, T>::Implementation
                                      ": its sum with the cutoff is too great");
         return request;
     }
-    neighbors::NeighborGrid<Dim, T> fitted_grid(const Request& request) const
+    static neighbors::NeighborGrid<Dim, T> fitted_grid(const Request& request)
     {
         neighbors::NeighborGrid<Dim, T> fitted;
         fitted.set_axes(request.cell);
-        if (request.somebody())
-            fitted.fit(request.a, request.b, static_cast<double>(request.reach()),
-                       request.a.points.size() <= in_one_cell);
+        if (request.somebody()) fitted.fit(request.a, request.b, static_cast<double>(request.reach()));
         return fitted;
     }
 
@@ -786,7 +777,7 @@ struct NeighborFinder<Dim, T>::Implementation
         while (in_system.size() < plan.slots) {
             FinderOptions serial = options;
             serial.executor = &serial_executor();
-            in_system.push_back(std::make_unique<Implementation>(serial, neighbors::points_of_small_system));
+            in_system.push_back(std::make_unique<Implementation>(serial));
         }
         while (of_systems.size() < plan.blocks)
             of_systems.emplace_back(options.memory);

@@ -123,19 +123,19 @@ TEST_F(ToolTest, BenchSurfacesFindsTheSameOnAnyThreads)
         run({"bench", "surfaces", "-n", "2048", "--threads", "1,2", "--repetitions", "1", "--json", "-"});
     ASSERT_EQ(result.exit_code, 0) << result.err;
     std::map<std::string, std::set<std::uint64_t>> found;
-    std::uint64_t questions = 0;
+    std::uint64_t queries = 0;
     for (const auto& row : nlohmann::json::parse(result.out)) {
         EXPECT_EQ(row["n"], 2048);
         found[row["scene"]].insert(std::uint64_t(row["found"]));
-        if (row["scene"] == "impacts") questions = row["questions"];
+        if (row["scene"] == "impacts") queries = row["queries"];
     }
     EXPECT_EQ(found.size(), 5u);
     for (const auto& [name, counts] : found) {
         EXPECT_EQ(counts.size(), 1u) << name;
         EXPECT_GT(*counts.begin(), 0u) << name;
     }
-    EXPECT_LT(*found["impacts"].begin(), questions);
-    EXPECT_LT(questions, *found["candidates"].begin());
+    EXPECT_LT(*found["impacts"].begin(), queries);
+    EXPECT_LT(queries, *found["candidates"].begin());
 #ifdef JOSTLE_TOOL_WITH_PEERS
     EXPECT_EQ(
         run({"bench", "surfaces", "candidates", "-n", "2048", "--repetitions", "1", "--peers"}).exit_code, 0);

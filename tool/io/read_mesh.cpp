@@ -254,7 +254,7 @@ class MeshFolder : public Assimp::IOSystem
 bool out_of_memory = false; // Assimp makes text of exceptions
 
 template <class Item>
-std::vector<Item> import(const std::string& path, Wanted wanted)
+std::vector<Item> import_scene(const std::string& path, Wanted wanted)
 {
     std::set_new_handler([] {
         out_of_memory = true;
@@ -311,7 +311,7 @@ template <class Item>
     setrlimit(RLIMIT_CORE, &no_core);
     std::string message;
     try {
-        const std::vector<Item> items = import <Item>(path, wanted);
+        const std::vector<Item> items = import_scene<Item>(path, wanted);
         const bool sent = send(to, &tag_items, 1) && send(to, items.data(), items.size() * sizeof(Item));
         _exit(sent ? 0 : 1);
     } catch (const std::bad_alloc&) {

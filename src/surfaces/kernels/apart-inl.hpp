@@ -137,7 +137,7 @@ HWY_ATTR HWY_INLINE Real clear_until(const Real3 (&from)[corners], const Real3 (
     return choose(square > Real(smallest_square), until, never);
 }
 
-/// Of what moves most is told in two steps, and hardly anything more after four.
+/// Of a shaken cloth's pairs (decision 71) one step tells 70 in 100, two tell 92, four 96, eight 96.
 constexpr int steps = 4;
 
 template <int corners>

@@ -26,7 +26,7 @@ struct PartBatch
 struct PartVerdict
 {
     std::uint64_t apart; ///< certainly further apart than `reach` all the time
-    std::uint64_t near;  ///< certainly within `reach` at the beginning
+    std::uint64_t near;  ///< certainly within `reach`; none, where pairs move
 };
 
 /// Of the first `count` pairs of a batch. What stands behind them in the columns is read, too.
