@@ -30,6 +30,9 @@ template <class T>
 struct Mask
 {
     hn::Mask<Tag<T>> raw;
+
+    /// Always from one of Highway's, whose own constructor has the attributes of the instruction set.
+    HWY_ATTR HWY_INLINE Mask(hn::Mask<Tag<T>> given) : raw(given) {}
 };
 
 template <class T>

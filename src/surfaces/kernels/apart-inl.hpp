@@ -165,20 +165,21 @@ HWY_ATTR PartVerdict tell(const PartBatch& pairs, std::uint32_t count)
     for (std::uint32_t k = 0; k < count; k += Real::size) {
         const Corners<corners> from = load_corners<corners>(pairs.from, k);
         const Real reach = Real::load(pairs.reach + k);
-        Real greatest = from.greatest;
-        Mask<float> apart;
         if constexpr (moves) {
             const Corners<corners> to = load_corners<corners>(pairs.to, k);
-            greatest = max(greatest, to.greatest);
-            apart = stay_apart(from.at, to.at, reach + (greatest + reach) * Real(float_rounding));
-        } else {
+            const Real greatest = max(from.greatest, to.greatest);
             const Real spare = (greatest + reach) * Real(float_rounding);
+            const Mask<float> apart = in_range(greatest) & stay_apart(from.at, to.at, reach + spare);
+            verdict.apart |= std::uint64_t{mask_bits(apart)} << k;
+        } else {
+            const Mask<float> known = in_range(from.greatest);
+            const Real spare = (from.greatest + reach) * Real(float_rounding);
             const Real3 nearest = nearest_of(from.at);
-            apart = beyond(from.at, nearest, reach + spare);
-            const Mask<float> near = sqrt(dot(nearest, nearest)) + spare < reach;
-            verdict.near |= std::uint64_t{mask_bits(in_range(greatest) & near)} << k;
+            const Mask<float> near = known & (sqrt(dot(nearest, nearest)) + spare < reach);
+            verdict.near |= std::uint64_t{mask_bits(near)} << k;
+            const Mask<float> apart = known & beyond(from.at, nearest, reach + spare);
+            verdict.apart |= std::uint64_t{mask_bits(apart)} << k;
         }
-        verdict.apart |= std::uint64_t{mask_bits(in_range(greatest) & apart)} << k;
     }
     return verdict;
 }
