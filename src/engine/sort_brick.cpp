@@ -32,7 +32,7 @@ void each_record(const Bricks& bricks, std::uint32_t brick, const Visit& visit)
 constexpr std::uint32_t coarse_rows = 8;
 constexpr std::int32_t coarse_extent = 8;
 constexpr std::uint32_t coarse_candidates = 32; // of a row
-constexpr double coarse_ties = 4; // a row: from here on they take longer than to store all boxes once more
+constexpr double coarse_ties = 1; // a row: from here on they take longer than to store all boxes once more
 
 // Parts of a brick are worth the time that a brick takes, and few of their records may be copies.
 constexpr std::uint32_t least_part = 24;
