@@ -32,80 +32,75 @@ void load(const BoxView<Dim, T>& boxes, std::size_t begin, Unit<T>& unit)
     }
 }
 
-/// Turns a unit of boxes into records, and lists what has to be stored where.
-///
-/// A coordinate v becomes the quantum (v - origin) * scale, clamped to the grid and rounded down. Each of
-/// these steps is monotone, also with the machine's rounding: if v <= w, the quantum of v isn't greater than
-/// that of w. So if quanta differ, the numbers differ in the same direction. That is enough for exactness: if
-/// quanta are equal, the sweep reports a tie. -ffp-contract=off keeps compilers from rounding in other
-/// places.
-///
-///     quantum     0 ...... 2^14 ...... 2 * 2^14 ...     brick = quantum >> 14
-///     a box             |--------|                      begins in brick 0, reaches into brick 1: span 1
-///
-/// The record of its first brick comes first, for each box in turn. Behind those come the copies of boxes
-/// that reach one brick further on the second axis, on the third, and on both: most copies are of this sort,
-/// and they are made without a branch. Boxes that reach further, or into the next brick on the sweep axis,
-/// are listed in `wide_box` for append_wide.
-template <int Dim, class T>
-void quantise(const Grid<T>& grid, Unit<T>& unit)
+/// What a unit's boxes come to on a grid, on its axes.
+struct Quantised
 {
-    std::int32_t cell[3][unit_size], span[3][unit_size];
-    std::uint32_t word[3][unit_size], flags[unit_size];
+    std::int32_t cell[3][unit_size]; // the brick in which a box begins
+    std::int32_t span[3][unit_size]; // how many bricks further it reaches
+    std::uint32_t word[3][unit_size];
+    std::uint32_t flags[unit_size];
+    // Bits 0 and 1 say that a copy belongs into the next brick on the second and third axis; 4: more than that.
     std::uint16_t kind[unit_size];
-    const std::uint32_t count = unit.count;
-    std::uint32_t bad = 0;
+};
 
-    for (int p = 0; p < Dim; ++p) {
-        const int axis = grid.axis[p];
-        const T origin = grid.origin[p], scale = grid.scale[p], last = grid.last[p];
-        const T* __restrict lo = unit.lo[axis];
-        const T* __restrict hi = unit.hi[axis];
-        const std::uint32_t* __restrict object = unit.object;
-        const std::uint32_t copy = copy_flag(axis);
-        std::int32_t* __restrict quantum_lo = unit.quantum_lo[p];
-        std::int32_t* __restrict quantum_hi = unit.quantum_hi[p];
-        std::int32_t* __restrict cell_p = cell[p];
-        std::int32_t* __restrict span_p = span[p];
-        std::uint32_t* __restrict word_p = word[p];
-        // What follows from the quanta of both ends.
-        const auto pack = [&](std::uint32_t i, std::int32_t q, std::int32_t h, bool copied) {
-            const std::int32_t c = q >> quanta_bits;
-            const std::int32_t local_hi = h - (c << quanta_bits);
-            quantum_lo[i] = q;
-            quantum_hi[i] = h;
-            cell_p[i] = c;
-            span_p[i] = (h >> quanta_bits) - c;
-            word_p[i] = pack_axis(copied ? 0 : -((q & (quanta - 1)) + 1),
-                                  (local_hi < quanta ? local_hi : quanta) + 1);
-        };
-        if (grid.flat[p]) {
-            // At the origin an end is certainly behind a beginning; 0 and 0, 2 and 2 are told by the numbers.
-            for (std::uint32_t i = 0; i < count; ++i) {
-                bad |= static_cast<std::uint32_t>(!(lo[i] <= hi[i]));
-                const bool copied = (object[i] & copy) != 0;
-                pack(i, !copied && lo[i] > origin ? 2 : 0, hi[i] > origin ? 2 : (hi[i] == origin ? 1 : 0),
-                     copied);
-            }
-            continue;
-        }
+/// Quantises both ends of the boxes on the grid's axis p. Returns whether a box is NaN or inverted there.
+template <class T>
+bool quantise_axis(const Grid<T>& grid, int p, Unit<T>& unit, Quantised& quantised)
+{
+    const int axis = grid.axis[p];
+    const T origin = grid.origin[p], scale = grid.scale[p], last = grid.last[p];
+    const T* __restrict lo = unit.lo[axis];
+    const T* __restrict hi = unit.hi[axis];
+    const std::uint32_t* __restrict object = unit.object;
+    const std::uint32_t copy = copy_flag(axis), count = unit.count;
+    std::int32_t* __restrict quantum_lo = unit.quantum_lo[p];
+    std::int32_t* __restrict quantum_hi = unit.quantum_hi[p];
+    std::int32_t* __restrict cell = quantised.cell[p];
+    std::int32_t* __restrict span = quantised.span[p];
+    std::uint32_t* __restrict word = quantised.word[p];
+    std::uint32_t bad = 0;
+    // What follows from the quanta of both ends.
+    const auto pack = [&](std::uint32_t i, std::int32_t q, std::int32_t h, bool copied) {
+        const std::int32_t c = q >> quanta_bits;
+        const std::int32_t local_hi = h - (c << quanta_bits);
+        quantum_lo[i] = q;
+        quantum_hi[i] = h;
+        cell[i] = c;
+        span[i] = (h >> quanta_bits) - c;
+        word[i] =
+            pack_axis(copied ? 0 : -((q & (quanta - 1)) + 1), (local_hi < quanta ? local_hi : quanta) + 1);
+    };
+    if (grid.flat[p]) {
+        // At the origin an end is certainly behind a beginning; 0 and 0, 2 and 2 are told by the numbers.
         for (std::uint32_t i = 0; i < count; ++i) {
             bad |= static_cast<std::uint32_t>(!(lo[i] <= hi[i]));
-            T a = (lo[i] - origin) * scale;
-            T b = (hi[i] - origin) * scale;
-            a = a > 0 ? a : T(0); // also where it is NaN
-            b = b > 0 ? b : T(0);
-            a = a < last ? a : last;
-            b = b < last ? b : last;
             const bool copied = (object[i] & copy) != 0;
-            pack(i, copied ? 0 : static_cast<std::int32_t>(a), static_cast<std::int32_t>(b), copied);
+            pack(i, !copied && lo[i] > origin ? 2 : 0, hi[i] > origin ? 2 : (hi[i] == origin ? 1 : 0),
+                 copied);
         }
+        return bad != 0;
     }
-    unit.bad = bad != 0;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        bad |= static_cast<std::uint32_t>(!(lo[i] <= hi[i]));
+        T a = (lo[i] - origin) * scale;
+        T b = (hi[i] - origin) * scale;
+        a = a > 0 ? a : T(0); // also where it is NaN
+        b = b > 0 ? b : T(0);
+        a = a < last ? a : last;
+        b = b < last ? b : last;
+        const bool copied = (object[i] & copy) != 0;
+        pack(i, copied ? 0 : static_cast<std::int32_t>(a), static_cast<std::int32_t>(b), copied);
+    }
+    return bad != 0;
+}
 
-    // kind: bits 0 and 1 say that a copy belongs into the next brick on the second and third axis; 4: more
-    // than that.
+/// The record of the brick in which each box begins, and the kind of its copies.
+template <int Dim, class T>
+void write_first_records(const Grid<T>& grid, Unit<T>& unit, Quantised& quantised)
+{
+    auto& [cell, span, word, flags, kind] = quantised;
     const std::int32_t cells_x = grid.cells[0], cells_y = grid.cells[1];
+    const std::uint32_t count = unit.count;
     for (std::uint32_t i = 0; i < count; ++i) {
         std::int32_t brick = cell[0][i] + cells_x * cell[1][i];
         std::uint32_t wide =
@@ -124,35 +119,64 @@ void quantise(const Grid<T>& grid, Unit<T>& unit)
     }
     for (std::uint32_t i = 0; i < count; ++i)
         unit.record[i] = {{word[0][i], word[1][i], word[2][i]}, flags[i]};
+}
 
-    CopyLists lists;
-    list_copies(kind, count, lists, unit.wide_box);
-    unit.wide = lists.wides;
-
-    std::uint32_t records = count;
-    const auto next_word = [&](int p, std::uint32_t i) {
-        const std::int32_t local_hi = unit.quantum_hi[p][i] - ((cell[p][i] + 1) << quanta_bits);
+/// Behind the first records, the copies in the next brick on the second axis, on the third, and on both.
+template <class T>
+void write_copies(const Grid<T>& grid, const CopyLists& lists, const Quantised& quantised, Unit<T>& unit)
+{
+    const auto& [cell, span, word, flags, kind] = quantised;
+    const auto next_word = [&, &cells = cell](int p, std::uint32_t i) {
+        const std::int32_t local_hi = unit.quantum_hi[p][i] - ((cells[p][i] + 1) << quanta_bits);
         return pack_axis(0, local_hi + 1); // ends in the next brick: local_hi < quanta
     };
-    const std::uint32_t step_y = static_cast<std::uint32_t>(cells_x);
-    const std::uint32_t step_z = static_cast<std::uint32_t>(cells_x * cells_y);
+    const std::uint32_t step_y = static_cast<std::uint32_t>(grid.cells[0]);
+    const std::uint32_t step_z = static_cast<std::uint32_t>(grid.cells[0] * grid.cells[1]);
+    const std::uint32_t copy_y = copy_flag(grid.axis[1]), copy_z = copy_flag(grid.axis[2]);
+    std::uint32_t records = unit.count;
     for (std::uint32_t k = 0; k < lists.ys; ++k, ++records) {
         const std::uint32_t i = lists.y[k];
-        unit.record[records] = {{word[0][i], next_word(1, i), word[2][i]},
-                                flags[i] | copy_flag(grid.axis[1])};
+        unit.record[records] = {{word[0][i], next_word(1, i), word[2][i]}, flags[i] | copy_y};
         unit.brick[records] = unit.brick[i] + step_y;
     }
     for (std::uint32_t k = 0; k < lists.zs; ++k, ++records) {
         const std::uint32_t i = lists.z[k];
-        unit.record[records] = {{word[0][i], word[1][i], next_word(2, i)},
-                                flags[i] | copy_flag(grid.axis[2])};
+        unit.record[records] = {{word[0][i], word[1][i], next_word(2, i)}, flags[i] | copy_z};
         unit.brick[records] = unit.brick[i] + step_z;
     }
     for (std::uint32_t k = 0; k < lists.yzs; ++k, ++records) {
         const std::uint32_t i = lists.yz[k];
-        unit.record[records] = {{word[0][i], next_word(1, i), next_word(2, i)},
-                                flags[i] | copy_flag(grid.axis[1]) | copy_flag(grid.axis[2])};
+        unit.record[records] = {{word[0][i], next_word(1, i), next_word(2, i)}, flags[i] | copy_y | copy_z};
         unit.brick[records] = unit.brick[i] + step_y + step_z;
     }
     unit.records = records;
+}
+
+/// Turns a unit of boxes into records, and lists what has to be stored where.
+///
+/// A coordinate v becomes the quantum (v - origin) * scale, clamped to the grid and rounded down. Each of
+/// these steps is monotone, also with the machine's rounding: if v <= w, the quantum of v isn't greater than
+/// that of w. So if quanta differ, the numbers differ in the same direction. That is enough for exactness: if
+/// quanta are equal, the sweep reports a tie. -ffp-contract=off keeps compilers from rounding in other
+/// places.
+///
+///     quantum     0 ...... 2^14 ...... 2 * 2^14 ...     brick = quantum >> 14
+///     a box             |--------|                      begins in brick 0, reaches into brick 1: span 1
+///
+/// The record of its first brick comes first, for each box in turn. Behind those come the copies of boxes
+/// that reach one brick further on the second axis, on the third, and on both: most copies are of this sort,
+/// and they are made without a branch. Boxes that reach further, or into the next brick on the sweep axis,
+/// are listed in `wide_box` for append_wide.
+template <int Dim, class T>
+void quantise(const Grid<T>& grid, Unit<T>& unit)
+{
+    Quantised quantised;
+    unit.bad = false;
+    for (int p = 0; p < Dim; ++p)
+        unit.bad |= quantise_axis(grid, p, unit, quantised);
+    write_first_records<Dim>(grid, unit, quantised);
+    CopyLists lists;
+    list_copies(quantised.kind, unit.count, lists, unit.wide_box);
+    unit.wide = lists.wides;
+    write_copies(grid, lists, quantised, unit);
 }
