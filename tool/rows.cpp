@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "rows.hpp"
 
+#include <charconv>
 #include <cstddef>
 
 #include <nlohmann/json.hpp>
@@ -22,6 +23,15 @@ std::string in_brackets(const std::vector<std::string>& rows)
 } // namespace
 
 JsonRow::Value::Value(double number) : text(nlohmann::json(number).dump()) {}
+
+JsonRow::Value::Value(float number)
+{
+    char digits[32];
+    const char* const end = std::to_chars(digits, digits + sizeof digits, number).ptr;
+    double shortest = 0;
+    std::from_chars(digits, end, shortest);
+    text = Value(shortest).text;
+}
 
 JsonRow::Value::Value(const std::string& value) : text(nlohmann::json(value).dump()) {}
 

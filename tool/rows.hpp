@@ -28,6 +28,7 @@ class JsonRow
         Value(bool value) : text(value ? "true" : "false") {}
         Value(std::nullptr_t) : text("null") {}
         Value(double number);
+        Value(float number); ///< as few digits as tell it from all other floats
         Value(const char* value) : Value(std::string(value)) {}
         Value(const std::string& value);
         Value(const JsonRow& row) : text(row.text()) {}

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@
 #include "io/boxes.hpp"
 #include "io/output_file.hpp"
 #include "jostle/error.hpp"
+#include "jostle/executor.hpp"
 #include "jostle/surface.hpp"
 #include "numbers.hpp"
 #include "options.hpp"
@@ -177,105 +179,143 @@ Vec3f middle_of(const jostle::NearParts<float>& pair, const std::vector<Vec3f>& 
     return middle;
 }
 
+/// The file's triangles, and those of the file a step later.
+struct Input
+{
+    std::vector<MeshTriangle> before, after;
+};
+Input read_both(const Options& options)
+{
+    Input input{read(options.before), {}};
+    if (options.after.empty()) return input;
+    input.after = read(options.after);
+    if (input.after.size() != input.before.size())
+        throw UsageError(options.after + ": has " + grouped(input.after.size()) + " triangles, and " +
+                         options.before + " has " + grouped(input.before.size()) +
+                         "; give the same mesh at two times");
+    return input;
+}
+
+/// How much was found of a vertex and a triangle, and of two edges.
+using Counts = std::array<std::size_t, 2>;
+
+/// Asks about a mesh, writes each pair that is found, and keeps how many there are and how long it took.
+class Inspection
+{
+    template <class Step>
+    decltype(auto) timed(const char* name, const Step& step)
+    {
+        const Clock::time_point start = Clock::now();
+        decltype(auto) result = step();
+        ms_.set(name, rounded(ms_since(start)));
+        return result;
+    }
+    void write(const char* found, std::size_t kind, std::uint32_t a, std::uint32_t b, const Vec3f& at,
+               float value)
+    {
+        if (pairs_ == nullptr) return;
+        pairs_->add(found, kinds[kind], kind == 0 ? mesh_.of_vertex(a) : mesh_.of_edge(a),
+                    kind == 0 ? mesh_.number_in_file[b] : mesh_.of_edge(b), at, value);
+    }
+
+  public:
+    Inspection(const Mesh& mesh, jostle::Executor& executor, float distance, PairsFile* pairs, JsonRow& ms)
+        : mesh_(mesh), finder_({.executor = &executor}), distance_(distance), pairs_(pairs), ms_(ms)
+    {
+    }
+
+    void find_near()
+    {
+        const auto& found =
+            timed("near", [&]() -> auto& { return finder_.near(mesh_.surface, mesh_.from, distance_); });
+        near = {found.vertex_triangle.size(), found.edge_edge.size()};
+        for (const std::size_t kind : {0, 1})
+            for (const auto& pair : kind == 0 ? found.vertex_triangle : found.edge_edge) {
+                least_distance = std::min(least_distance, pair.distance);
+                write("near", kind, pair.a, pair.b, middle_of(pair, mesh_.from), pair.distance);
+            }
+    }
+    void find_impacts()
+    {
+        const auto& found = timed("moving", [&]() -> auto& {
+            return finder_.moving(mesh_.surface, mesh_.from, mesh_.to, distance_);
+        });
+        safe_step = found.safe_step;
+        impacts = {found.vertex_triangle.size(), found.edge_edge.size()};
+        for (const std::size_t kind : {0, 1})
+            for (const auto& pair : kind == 0 ? found.vertex_triangle : found.edge_edge) {
+                const std::uint32_t vertex = pair.vertices[0];
+                write("impact", kind, pair.a, pair.b,
+                      jostle::lerp(mesh_.from[vertex], mesh_.to[vertex], pair.time), pair.time);
+            }
+    }
+    std::size_t find_crossings(const std::vector<Vec3f>& at, const char* name)
+    {
+        const auto& found = timed(name, [&]() -> auto& { return finder_.crossings(mesh_.surface, at); });
+        for (const jostle::Crossing& crossing : found) {
+            const auto& [a, b] = mesh_.surface.edges()[crossing.edge];
+            if (pairs_ != nullptr)
+                pairs_->add(name, "edge_triangle", mesh_.of_edge(crossing.edge),
+                            mesh_.number_in_file[crossing.triangle], jostle::lerp(at[a], at[b], .5f), 0);
+        }
+        return found.size();
+    }
+
+    Counts near{}, impacts{};
+    float least_distance = std::numeric_limits<float>::infinity();
+    float safe_step = 1;
+
+  private:
+    const Mesh& mesh_;
+    jostle::SurfaceFinder3f finder_;
+    const float distance_;
+    PairsFile* const pairs_; // null: not wanted
+    JsonRow& ms_;
+};
+
 void run(const Options& options)
 {
     check_pairs_name(options);
     RowsFile rows(options.json);
-    std::unique_ptr<PairsFile> pairs;
-    Clock::time_point last = Clock::now();
-    const auto lap = [&last] {
-        const auto now = Clock::now();
-        const double ms = ms_between(last, now);
-        last = now;
-        return rounded(ms);
-    };
     JsonRow ms;
-    const std::vector<MeshTriangle> before = read(options.before);
-    std::vector<MeshTriangle> after;
-    const bool moves = !options.after.empty();
-    if (moves) after = read(options.after);
-    if (moves && after.size() != before.size())
-        throw UsageError(options.after + ": has " + grouped(after.size()) + " triangles, and " +
-                         options.before + " has " + grouped(before.size()) +
-                         "; give the same mesh at two times");
-    ms.set("read", lap());
-    const Mesh mesh(before, after);
-    const std::size_t left_out = before.size() - mesh.triangles.size();
+    Clock::time_point start = Clock::now();
+    const Input input = read_both(options);
+    ms.set("read", rounded(ms_since(start)));
+    start = Clock::now();
+    const Mesh mesh(input.before, input.after);
+    ms.set("join", rounded(ms_since(start)));
+    const std::size_t left_out = input.before.size() - mesh.triangles.size();
     if (mesh.triangles.empty())
         throw UsageError(options.before +
                          ": each of its triangles is an edge or a point; give a mesh with faces");
-    ms.set("join", lap());
 
-    if (!options.pairs.empty()) pairs = std::make_unique<PairsFile>(options.pairs);
+    std::optional<PairsFile> pairs;
+    if (!options.pairs.empty()) pairs.emplace(options.pairs);
     const Threads threads(options.threads);
-    jostle::SurfaceFinder3f finder({.executor = &threads.executor()});
-    const auto triangle_of = [&](std::size_t kind, bool second, std::uint32_t part) {
-        if (kind == 1) return mesh.of_edge(part);
-        return second ? mesh.number_in_file[part] : mesh.of_vertex(part);
-    };
     const auto distance = static_cast<float>(options.distance);
-    float least = std::numeric_limits<float>::infinity();
-    lap();
-    const auto& near = finder.near(mesh.surface, mesh.from, distance);
-    ms.set("near", lap());
-    for (std::size_t kind = 0; kind < 2; ++kind)
-        for (const auto& pair : kind == 0 ? near.vertex_triangle : near.edge_edge) {
-            least = std::min(least, pair.distance);
-            if (pairs)
-                pairs->add("near", kinds[kind], triangle_of(kind, false, pair.a),
-                           triangle_of(kind, true, pair.b), middle_of(pair, mesh.from), pair.distance);
-        }
-
-    float safe_step = 1;
-    std::size_t impacts[2] = {};
-    if (moves) {
-        lap();
-        const auto& moving = finder.moving(mesh.surface, mesh.from, mesh.to, distance);
-        ms.set("moving", lap());
-        safe_step = moving.safe_step;
-        for (std::size_t kind = 0; kind < 2; ++kind) {
-            const auto& found = kind == 0 ? moving.vertex_triangle : moving.edge_edge;
-            impacts[kind] = found.size();
-            for (const auto& pair : found)
-                if (pairs)
-                    pairs->add(
-                        "impact", kinds[kind], triangle_of(kind, false, pair.a),
-                        triangle_of(kind, true, pair.b),
-                        jostle::lerp(mesh.from[pair.vertices[0]], mesh.to[pair.vertices[0]], pair.time),
-                        pair.time);
-        }
-    }
-    const auto crossings_at = [&](const std::vector<Vec3f>& at, const char* name) {
-        lap();
-        const auto& found = finder.crossings(mesh.surface, at);
-        ms.set(name, lap());
-        for (const jostle::Crossing& crossing : found) {
-            const auto& [a, b] = mesh.surface.edges()[crossing.edge];
-            if (pairs)
-                pairs->add(name, "edge_triangle", mesh.of_edge(crossing.edge),
-                           mesh.number_in_file[crossing.triangle], jostle::lerp(at[a], at[b], .5f), 0);
-        }
-        return found.size();
-    };
-    const std::size_t crossings = crossings_at(mesh.from, "crossings");
-    const std::size_t crossings_after = moves ? crossings_at(mesh.to, "crossings_after") : 0;
+    const bool moves = !options.after.empty();
+    Inspection found(mesh, threads.executor(), distance, pairs ? &*pairs : nullptr, ms);
+    found.find_near();
+    if (moves) found.find_impacts();
+    const std::size_t crossings = found.find_crossings(mesh.from, "crossings");
+    const std::size_t crossings_after = moves ? found.find_crossings(mesh.to, "crossings_after") : 0;
     if (pairs) pairs->commit();
 
-    const std::size_t near_count[2] = {near.vertex_triangle.size(), near.edge_edge.size()};
-    const bool any = near_count[0] + near_count[1] > 0;
+    const Counts &near = found.near, &impacts = found.impacts;
+    const bool any = near[0] + near[1] > 0;
     JsonRow row{{"file", options.before},
                 {"vertices", mesh.surface.points().size()},
                 {"triangles", mesh.triangles.size()},
                 {"edges", mesh.surface.edges().size()},
                 {"left_out", left_out},
-                {"distance", double{distance}},
-                {"near", JsonRow{{kinds[0], near_count[0]}, {kinds[1], near_count[1]}}},
-                {"least_distance", any ? JsonRow::Value(double{least}) : JsonRow::Value(nullptr)},
+                {"distance", distance},
+                {"near", JsonRow{{kinds[0], near[0]}, {kinds[1], near[1]}}},
+                {"least_distance", any ? JsonRow::Value(found.least_distance) : JsonRow::Value(nullptr)},
                 {"crossings", crossings}};
     if (moves) {
         row.set("after", options.after);
         row.set("impacts", JsonRow{{kinds[0], impacts[0]}, {kinds[1], impacts[1]}});
-        row.set("safe_step", double{safe_step});
+        row.set("safe_step", found.safe_step);
         row.set("crossings_after", crossings_after);
     }
     row.set("threads", threads.count());
@@ -288,11 +328,11 @@ void run(const Options& options)
         if (left_out > 0)
             std::printf("left out: %s triangles that are an edge or a point\n", grouped(left_out).c_str());
         std::printf("within %g: %s of a vertex and a triangle, %s of two edges", double{distance},
-                    grouped(near_count[0]).c_str(), grouped(near_count[1]).c_str());
-        std::printf(any ? "; least distance %g\n" : "\n", double{least});
+                    grouped(near[0]).c_str(), grouped(near[1]).c_str());
+        std::printf(any ? "; least distance %g\n" : "\n", double{found.least_distance});
         if (moves)
             std::printf("moving: %s and %s come within it; %.9g of the step is safe\n",
-                        grouped(impacts[0]).c_str(), grouped(impacts[1]).c_str(), double{safe_step});
+                        grouped(impacts[0]).c_str(), grouped(impacts[1]).c_str(), double{found.safe_step});
         std::printf("crossings: %s", grouped(crossings).c_str());
         if (moves) std::printf(", after the step %s", grouped(crossings_after).c_str());
         std::printf("\n");

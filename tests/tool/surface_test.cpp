@@ -54,6 +54,7 @@ TEST_F(SurfaceCommand, TellsWhatIsNear)
     EXPECT_EQ(row["edges"], 8);
     EXPECT_EQ(row["left_out"], 0);
     EXPECT_EQ(row["near"]["vertex_triangle"], 1);
+    EXPECT_EQ(row["distance"], .3); // not the double nearest to the float
     EXPECT_EQ(row["least_distance"], .25);
     EXPECT_EQ(row["crossings"], 0);
     EXPECT_FALSE(row.contains("safe_step"));
