@@ -92,7 +92,7 @@ struct Survey
 
     Vec<Dim, T> lo, hi;       ///< of the boxes that are finite on the axis
     std::uint64_t bad = none; ///< the first box that is NaN, inverted or too long
-    std::uint64_t images = 0;
+    std::uint64_t images = 0, first_image = 0;
     bool walls = false; ///< some box is infinite along a periodic axis
 };
 
@@ -183,20 +183,70 @@ struct PeriodicImages<Dim, T>::Implementation
 
     void build(const BoxView<Dim, T>& given, const Vector& period)
     {
-        using Block = Survey<Dim, T>;
         const InUse use(in_use, "PeriodicImages");
+        check_period(period);
+        const std::size_t n = given.size();
+        if (n > std::numeric_limits<std::uint32_t>::max())
+            throw Error(ErrorCode::too_many_objects, std::to_string(n) + " boxes are more than 2^32 - 1");
+        check_pointers(given);
+        const Survey<Dim, T> all = survey_all(given, period);
+        check_spread(given, period, all);
+        const Imager make_images(period, all);
+        const std::uint64_t size = count_images(given, make_images);
+        try {
+            boxes.resize(size), origin.resize(size), shift.resize(size);
+            write_images(given, make_images);
+            list_axes(n, all.walls);
+        } catch (...) {
+            boxes.clear(), origin.clear(), shift.clear(), axes.clear();
+            originals = 0;
+            throw;
+        }
+        originals = n;
+    }
+
+    /// Makes the images of boxes, each in the order of the shifts.
+    class Imager
+    {
+      public:
+        Imager(const Vector& period, const Survey<Dim, T>& all)
+            : period_(period), all_(all), shift_count_(list_shifts(period, shifts_))
+        {
+            for (int d = 0; d < Dim; ++d)
+                ends_[d] = period[d] > 0 && all.lo[d] <= all.hi[d] ? no_image_below(all.lo[d], period[d])
+                                                                   : std::numeric_limits<T>::infinity();
+        }
+        /// Calls visit(image, shift).
+        template <class Visit>
+        void operator()(const Box& box, const Visit& visit) const
+        {
+            if (near_end(box, ends_))
+                each_image(box, period_, all_, std::span(shifts_).first(shift_count_), visit);
+        }
+
+      private:
+        const Vector& period_;
+        const Survey<Dim, T>& all_;
+        std::array<Shift<Dim>, 13> shifts_;
+        std::size_t shift_count_;
+        Vector ends_; // no box that ends below has an image
+    };
+
+    static void check_period(const Vector& period)
+    {
         for (int d = 0; d < Dim; ++d)
             if (!(period[d] >= 0 && period[d] <= std::numeric_limits<T>::max()))
                 throw Error(ErrorCode::invalid_argument,
                             std::string("the period along ") + axis_names[d] + " is " +
                                 number_text(period[d]) +
                                 "; give a length, or 0 where space doesn't repeat itself");
-        const std::size_t n = given.size();
-        if (n > std::numeric_limits<std::uint32_t>::max())
-            throw Error(ErrorCode::too_many_objects, std::to_string(n) + " boxes are more than 2^32 - 1");
-        check_pointers(given);
-        surveys.resize((n + block_size - 1) / block_size);
-        each_block(n, [&](std::size_t block, std::size_t begin, std::size_t end) {
+    }
+    /// Surveys each block of boxes, and returns what that comes to.
+    Survey<Dim, T> survey_all(const BoxView<Dim, T>& given, const Vector& period)
+    {
+        using Block = Survey<Dim, T>;
+        surveys.resize((given.size() + block_size - 1) / block_size);
+        each_block(given.size(), [&](std::size_t block, std::size_t begin, std::size_t end) {
             surveys[block] = survey(given, period, begin, end);
         });
         Block all = nothing();
@@ -208,54 +258,45 @@ struct PeriodicImages<Dim, T>::Implementation
             }
             all.walls |= block.walls;
         }
-        check_spread(given, period, all);
-
-        std::array<Shift<Dim>, 13> shifts;
-        const std::size_t shift_count = list_shifts(period, shifts);
-        Vector ends;
-        for (int d = 0; d < Dim; ++d)
-            ends[d] = period[d] > 0 && all.lo[d] <= all.hi[d] ? no_image_below(all.lo[d], period[d])
-                                                              : std::numeric_limits<T>::infinity();
+        return all;
+    }
+    /// Sets where each block's images begin, behind the boxes themselves. Returns where the last ends.
+    std::uint64_t count_images(const BoxView<Dim, T>& given, const Imager& make_images)
+    {
+        const std::size_t n = given.size();
         each_block(n, [&](std::size_t block, std::size_t begin, std::size_t end) {
             std::uint64_t images = 0;
             for (std::size_t i = begin; i < end; ++i)
-                if (const Box box = given[i]; near_end(box, ends))
-                    each_image(box, period, all, std::span(shifts).first(shift_count),
-                               [&](const Box&, const Vector&) { ++images; });
+                make_images(given[i], [&](const Box&, const Vector&) { ++images; });
             surveys[block].images = images;
         });
         std::uint64_t size = n;
-        for (Block& block : surveys)
-            size += std::exchange(block.images, size);
+        for (Survey<Dim, T>& block : surveys) {
+            block.first_image = size;
+            size += block.images;
+        }
         if (size > std::numeric_limits<std::uint32_t>::max())
             throw Error(ErrorCode::too_many_objects, std::to_string(n) + " boxes and " +
                                                          std::to_string(size - n) +
                                                          " images of them are more than 2^32 - 1");
-        try {
-            boxes.resize(size), origin.resize(size), shift.resize(size);
-            each_block(n, [&](std::size_t block, std::size_t begin, std::size_t end) {
-                std::size_t next = surveys[block].images;
-                for (std::size_t i = begin; i < end; ++i) {
-                    const Box box = given[i];
-                    boxes[i] = box;
-                    origin[i] = static_cast<std::uint32_t>(i);
-                    shift[i] = {};
-                    if (!near_end(box, ends)) continue;
-                    each_image(box, period, all, std::span(shifts).first(shift_count),
-                               [&](const Box& image, const Vector& by) {
-                                   boxes[next] = image;
-                                   origin[next] = static_cast<std::uint32_t>(i);
-                                   shift[next++] = by;
-                               });
-                }
-            });
-            list_axes(n, all.walls);
-        } catch (...) {
-            boxes.clear(), origin.clear(), shift.clear(), axes.clear();
-            originals = 0;
-            throw;
-        }
-        originals = n;
+        return size;
+    }
+    void write_images(const BoxView<Dim, T>& given, const Imager& make_images)
+    {
+        each_block(given.size(), [&](std::size_t block, std::size_t begin, std::size_t end) {
+            std::size_t next = surveys[block].first_image;
+            for (std::size_t i = begin; i < end; ++i) {
+                const Box box = given[i];
+                boxes[i] = box;
+                origin[i] = static_cast<std::uint32_t>(i);
+                shift[i] = {};
+                make_images(box, [&](const Box& image, const Vector& by) {
+                    boxes[next] = image;
+                    origin[next] = static_cast<std::uint32_t>(i);
+                    shift[next++] = by;
+                });
+            }
+        });
     }
     void list_axes(std::size_t n, bool walls)
     {
