@@ -130,6 +130,7 @@ struct SurfaceFinder<T>::Implementation
           finder(given),
           kernels(surfaces::kernels_for(given.instruction_set)),
           pairs(given.memory),
+          made(given.memory),
           boxes_a(given.memory),
           boxes_b(given.memory),
           near{BlockBuffer<NearParts<T>>(given.memory), BlockBuffer<NearParts<T>>(given.memory)},
@@ -229,10 +230,8 @@ struct SurfaceFinder<T>::Implementation
         return part;
     }
 
-    /// Into `pairs`: those whose boxes touch, that options leave in, and that are near all the same: `decide`
-    /// says so of those where the kernel can't, and of all whose beginning doesn't decide.
-    template <class Decide>
-    void find(const Search& search, Kind kind, const Decide& decide)
+    /// Into `pairs`: those whose boxes touch, that vertices and bodies leave in, and that may be near.
+    void find(const Search& search, Kind kind)
     {
         const Surface& surface = search.surface;
         const bool moves = !search.to.empty();
@@ -242,28 +241,22 @@ struct SurfaceFinder<T>::Implementation
         const auto select = [&](Pair* first, Pair* last) {
             surfaces::PartBatch batch{};
             std::array<Pair, surfaces::PartBatch::size> pair;
-            std::array<Vertices, surfaces::PartBatch::size> vertices;
             Pair* kept = first;
             while (first != last) {
                 std::uint32_t count = 0;
                 for (; first != last && count < surfaces::PartBatch::size; ++first) {
                     pair[count] = *first;
                     if (kind == Kind::vertex_triangle) pair[count].a = surface.points()[first->a];
-                    vertices[count] = vertices_of(kind, surface, pair[count]);
-                    if (!search.may_meet(kind, vertices[count])) continue;
-                    put_legs(vertices[count], search.positions, batch.from, count);
-                    if (moves) put_legs(vertices[count], search.to, batch.to, count);
-                    batch.reach[count] = static_cast<float>(search.reach(kind, vertices[count]));
+                    const Vertices vertices = vertices_of(kind, surface, pair[count]);
+                    if (!search.may_meet(kind, vertices)) continue;
+                    put_legs(vertices, search.positions, batch.from, count);
+                    if (moves) put_legs(vertices, search.to, batch.to, count);
+                    batch.reach[count] = static_cast<float>(search.reach(kind, vertices));
                     ++count;
                 }
-                const surfaces::PartVerdict verdict = tell(batch, count);
-                for (std::uint32_t k = 0; k < count; ++k) {
-                    if ((verdict.apart >> k & 1) != 0) continue;
-                    const bool is_near = (verdict.near >> k & 1) != 0 || decide(vertices[k]);
-                    if (is_near && !search.is_near_at_rest(kind, vertices[k]) &&
-                        search.accepted(kind, pair[k]))
-                        *kept++ = pair[k];
-                }
+                const std::uint64_t apart = tell(batch, count);
+                for (std::uint32_t k = 0; k < count; ++k)
+                    if ((apart >> k & 1) == 0) *kept++ = pair[k];
             }
             return kept;
         };
@@ -276,56 +269,66 @@ struct SurfaceFinder<T>::Implementation
             PairFinderAccess::find(finder, box_view(boxes_a), select, pairs);
         }
     }
-    /// into[k] = make(pair k).
+    /// Puts the items of all pairs in their order: make(run, to) writes those of a run of pairs, none or one
+    /// of each, and returns their end.
     template <class Item, class Make>
     void make_all(BlockBuffer<Item>& into, const Make& make)
     {
         BlockBufferAccess access(into);
         const std::size_t count = pairs.size();
+        const WorkPlan plan = plan_work(count, work());
         access.reserve_chunks(1);
-        access.reserve_blocks(1);
+        access.reserve_blocks(plan.blocks);
         const std::span<Item> items =
             access.chunk(0, count <= access.capacity(0) ? count : count + count / 4 + 64).first(count);
+        made.assign(plan.blocks, 0);
         process_pairs(
             pairs,
             [&](const PairBatch& batch) {
-                for (std::size_t k = 0; k < batch.items.size(); ++k)
-                    items[batch.first + k] = make(batch.items[k]);
+                Item* const first = items.data() + batch.work.block * plan.block_items;
+                std::uint64_t& of_block = made[batch.work.block];
+                of_block = static_cast<std::uint64_t>(make(batch.items, first + of_block) - first);
             },
             work());
-        access.append(items);
+        for (std::uint32_t block = 0; block < plan.blocks; ++block)
+            access.append(items.subspan(block * plan.block_items, made[block]));
     }
 
     void find_near(const Search& search, Kind kind, BlockBuffer<NearParts<T>>& into)
     {
-        find(search, kind, [&](const Vertices& vertices) {
-            return surfaces::distance_between(kind, places(vertices, search.positions)) <=
-                   search.reach(kind, vertices);
-        });
-        make_all(into, [&](const Pair& pair) {
-            const Vertices vertices = vertices_of(kind, search.surface, pair);
-            const PartDistance found = surfaces::distance_of(kind, places(vertices, search.positions));
-            NearParts<T> item{pair.a, pair.b, vertices, {}, {}, T(found.distance)};
-            for (std::size_t k = 0; k < 4; ++k)
-                item.weights[k] = T(found.weights[k]);
-            for (std::size_t d = 0; d < 3; ++d)
-                item.normal[d] = T(found.normal[d]);
-            return item;
+        find(search, kind);
+        make_all(into, [&](std::span<const Pair> run, NearParts<T>* to) {
+            for (const Pair& pair : run) {
+                const Vertices vertices = vertices_of(kind, search.surface, pair);
+                const PartDistance found = surfaces::distance_of(kind, places(vertices, search.positions));
+                if (!(found.distance <= search.reach(kind, vertices))) continue;
+                if (search.is_near_at_rest(kind, vertices) || !search.accepted(kind, pair)) continue;
+                NearParts<T> item{pair.a, pair.b, vertices, {}, {}, T(found.distance)};
+                for (std::size_t k = 0; k < 4; ++k)
+                    item.weights[k] = T(found.weights[k]);
+                for (std::size_t d = 0; d < 3; ++d)
+                    item.normal[d] = T(found.normal[d]);
+                *to++ = item;
+            }
+            return to;
         });
     }
     void find_moving(const Search& search, Kind kind, BlockBuffer<PartImpact<T>>& into)
     {
-        const auto impact = [&](const Vertices& vertices) {
-            return surfaces::impact_of(kind, places(vertices, search.positions), places(vertices, search.to),
-                                       search.reach(kind, vertices), search.options.tolerance);
-        };
-        find(search, kind, [&](const Vertices& vertices) { return impact(vertices).has_value(); });
-        make_all(into, [&](const Pair& pair) {
-            const Vertices vertices = vertices_of(kind, search.surface, pair);
-            const double time = *impact(vertices);
-            T rounded = T(time);
-            if (double{rounded} > time) rounded = std::nextafter(rounded, T(0));
-            return PartImpact<T>{pair.a, pair.b, vertices, rounded};
+        find(search, kind);
+        make_all(into, [&](std::span<const Pair> run, PartImpact<T>* to) {
+            for (const Pair& pair : run) {
+                const Vertices vertices = vertices_of(kind, search.surface, pair);
+                const std::optional<double> time =
+                    surfaces::impact_of(kind, places(vertices, search.positions), places(vertices, search.to),
+                                        search.reach(kind, vertices), search.options.tolerance);
+                if (!time) continue;
+                if (search.is_near_at_rest(kind, vertices) || !search.accepted(kind, pair)) continue;
+                T rounded = T(*time);
+                if (double{rounded} > *time) rounded = std::nextafter(rounded, T(0));
+                *to++ = {pair.a, pair.b, vertices, rounded};
+            }
+            return to;
         });
     }
     void find_crossings(const Search& search);
@@ -334,6 +337,7 @@ struct SurfaceFinder<T>::Implementation
     PairFinder finder;
     const surfaces::PartKernels& kernels;
     PairBuffer pairs;
+    std::pmr::vector<std::uint64_t> made; ///< how many items of each block of pairs
     std::pmr::vector<Aabb<3, T>> boxes_a, boxes_b;
     NearSurface<T> near;
     MovingSurface<T> moving;
@@ -371,7 +375,11 @@ void SurfaceFinder<T>::Implementation::find_crossings(const Search& search)
     put_boxes(search, surface.edges(), T(0), boxes_a);
     put_boxes(search, surface.triangles(), T(0), boxes_b);
     PairFinderAccess::find(finder, box_view(boxes_a), box_view(boxes_b), select, pairs);
-    make_all(crossings, [](const Pair& pair) { return Crossing{pair.a, pair.b}; });
+    make_all(crossings, [](std::span<const Pair> run, Crossing* to) {
+        for (const Pair& pair : run)
+            *to++ = {pair.a, pair.b};
+        return to;
+    });
 }
 
 template <Coordinate T>
@@ -475,6 +483,8 @@ void SurfaceFinder<T>::release_memory() noexcept
     my.moving.edge_edge.release();
     my.crossings.release();
     my.pairs.release();
+    my.made.clear();
+    my.made.shrink_to_fit();
     for (std::pmr::vector<Aabb<3, T>>* const boxes : {&my.boxes_a, &my.boxes_b}) {
         boxes->clear();
         boxes->shrink_to_fit();

@@ -159,9 +159,9 @@ HWY_ATTR HWY_INLINE Mask<float> stay_apart(const Real3 (&from)[corners], const R
 }
 
 template <int corners, bool moves>
-HWY_ATTR PartVerdict tell(const PartBatch& pairs, std::uint32_t count)
+HWY_ATTR std::uint64_t apart(const PartBatch& pairs, std::uint32_t count)
 {
-    PartVerdict verdict{0, 0};
+    std::uint64_t bits = 0;
     for (std::uint32_t k = 0; k < count; k += Real::size) {
         const Corners<corners> from = load_corners<corners>(pairs.from, k);
         const Real reach = Real::load(pairs.reach + k);
@@ -170,16 +170,13 @@ HWY_ATTR PartVerdict tell(const PartBatch& pairs, std::uint32_t count)
             const Real greatest = max(from.greatest, to.greatest);
             const Real spare = (greatest + reach) * Real(float_rounding);
             const Mask<float> apart = in_range(greatest) & stay_apart(from.at, to.at, reach + spare);
-            verdict.apart |= std::uint64_t{mask_bits(apart)} << k;
+            bits |= std::uint64_t{mask_bits(apart)} << k;
         } else {
-            const Mask<float> known = in_range(from.greatest);
             const Real spare = (from.greatest + reach) * Real(float_rounding);
-            const Real3 nearest = nearest_of(from.at);
-            const Mask<float> near = known & (sqrt(dot(nearest, nearest)) + spare < reach);
-            verdict.near |= std::uint64_t{mask_bits(near)} << k;
-            const Mask<float> apart = known & beyond(from.at, nearest, reach + spare);
-            verdict.apart |= std::uint64_t{mask_bits(apart)} << k;
+            const Mask<float> apart =
+                in_range(from.greatest) & beyond(from.at, nearest_of(from.at), reach + spare);
+            bits |= std::uint64_t{mask_bits(apart)} << k;
         }
     }
-    return verdict;
+    return bits;
 }

@@ -24,7 +24,7 @@ namespace HWY_NAMESPACE {
 
 const PartKernels& kernels()
 {
-    static constexpr PartKernels table = {tell<3, false>, tell<4, false>, tell<3, true>, tell<4, true>};
+    static constexpr PartKernels table = {apart<3, false>, apart<4, false>, apart<3, true>, apart<4, true>};
     return table;
 }
 } // namespace HWY_NAMESPACE

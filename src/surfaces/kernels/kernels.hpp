@@ -22,21 +22,14 @@ struct PartBatch
     alignas(64) float reach[size];
 };
 
-/// A bit for each pair; neither where floats can't tell.
-struct PartVerdict
-{
-    std::uint64_t apart; ///< certainly further apart than `reach` all the time
-    std::uint64_t near;  ///< certainly within `reach`; none, where pairs move
-};
-
-/// Of the first `count` pairs of a batch. What stands behind them in the columns is read, too.
-/// All instruction sets say the same.
+/// A bit for each of the first `count` pairs of a batch: whether it is certainly further apart than `reach`
+/// all the time. What stands behind them in the columns is read, too. All instruction sets say the same.
 struct PartKernels
 {
-    PartVerdict (*vertex_triangle)(const PartBatch& pairs, std::uint32_t count);
-    PartVerdict (*edge_edge)(const PartBatch& pairs, std::uint32_t count);
-    PartVerdict (*moving_vertex_triangle)(const PartBatch& pairs, std::uint32_t count);
-    PartVerdict (*moving_edge_edge)(const PartBatch& pairs, std::uint32_t count);
+    std::uint64_t (*vertex_triangle)(const PartBatch& pairs, std::uint32_t count);
+    std::uint64_t (*edge_edge)(const PartBatch& pairs, std::uint32_t count);
+    std::uint64_t (*moving_vertex_triangle)(const PartBatch& pairs, std::uint32_t count);
+    std::uint64_t (*moving_edge_edge)(const PartBatch& pairs, std::uint32_t count);
 };
 
 /// For one of supported_instruction_sets().
