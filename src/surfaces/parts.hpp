@@ -26,10 +26,8 @@ enum class Kind
     edge_edge
 };
 
-/// Numbers up to 1e60.
+/// Numbers up to 1e60. For many at once, and impacts as well: kernels/kernels.hpp.
 PartDistance distance_of(Kind kind, const Four& positions) noexcept;
-/// distance_of().distance alone.
-double distance_between(Kind kind, const Four& positions) noexcept;
 
 /// The first time in [0, 1] within `distance`, or nothing: see vertex_triangle_impact().
 std::optional<double> impact_of(Kind kind, const Four& from, const Four& to, double distance,

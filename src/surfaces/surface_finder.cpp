@@ -19,7 +19,6 @@ JOSTLE_NAMESPACE_BEGIN
 namespace {
 
 using narrow::Vec3;
-using surfaces::Four;
 using surfaces::Kind;
 
 /// What coordinates, distances and thicknesses may be: the greatest float leaves room for their sums.
@@ -53,14 +52,15 @@ bool share_a_vertex(Kind kind, const Vertices& v)
     return of_a || (kind == Kind::vertex_triangle ? v[0] == v[1] : of_b);
 }
 
+/// Columns of batches.
 template <class T>
-Four places(const Vertices& vertices, std::span<const Vec<3, T>> positions)
+void put_places(const Vertices& vertices, std::span<const Vec<3, T>> positions,
+                double (&columns)[12][surfaces::PlaceBatch::size], std::uint32_t column)
 {
-    return {as_double(positions[vertices[0]]), as_double(positions[vertices[1]]),
-            as_double(positions[vertices[2]]), as_double(positions[vertices[3]])};
+    for (std::size_t k = 0; k < 4; ++k)
+        for (std::size_t d = 0; d < 3; ++d)
+            columns[3 * k + d][column] = double{positions[vertices[k]][d]};
 }
-
-/// A column of a batch.
 template <class T>
 void put_legs(const Vertices& vertices, std::span<const Vec<3, T>> positions,
               float (&columns)[9][surfaces::PartBatch::size], std::uint32_t column)
@@ -169,11 +169,6 @@ struct SurfaceFinder<T>::Implementation
                    (options.bodies.empty() ||
                     options.bodies[vertices[0]] != options.bodies[vertices[of_first(kind)]]);
         }
-        [[nodiscard]] bool is_near_at_rest(Kind kind, const Vertices& vertices) const
-        {
-            return !options.rest.empty() &&
-                   surfaces::distance_between(kind, places(vertices, options.rest)) <= reach(kind, vertices);
-        }
         [[nodiscard]] bool accepted(Kind kind, const Pair& pair) const
         {
             const auto& accept =
@@ -235,9 +230,7 @@ struct SurfaceFinder<T>::Implementation
     {
         const Surface& surface = search.surface;
         const bool moves = !search.to.empty();
-        const auto tell = kind == Kind::vertex_triangle
-                              ? (moves ? kernels.moving_vertex_triangle : kernels.vertex_triangle)
-                              : (moves ? kernels.moving_edge_edge : kernels.edge_edge);
+        const auto tell = moves ? kernels.of(kind).moving_apart : kernels.of(kind).apart;
         const auto select = [&](Pair* first, Pair* last) {
             surfaces::PartBatch batch{};
             std::array<Pair, surfaces::PartBatch::size> pair;
@@ -294,22 +287,72 @@ struct SurfaceFinder<T>::Implementation
             access.append(items.subspan(block * plan.block_items, made[block]));
     }
 
+    /// Some pairs that may be near, and their places.
+    struct Some
+    {
+        Some(const Search& of, Kind all) : search(of), kind(all) {}
+
+        void put(std::span<const Pair> some)
+        {
+            given = some;
+            for (std::uint32_t k = 0; k < given.size(); ++k) {
+                vertices[k] = vertices_of(kind, search.surface, given[k]);
+                put_places(vertices[k], search.positions, places.from, k);
+                if (!search.to.empty()) put_places(vertices[k], search.to, places.to, k);
+                places.reach[k] = search.reach(kind, vertices[k]);
+            }
+        }
+        [[nodiscard]] std::uint32_t count() const { return static_cast<std::uint32_t>(given.size()); }
+        /// Ends the use of their places: each pair is near at rest if its distance is within its reach.
+        void put_at_rest(const surfaces::PartKernels& kernels)
+        {
+            if (search.options.rest.empty()) return;
+            for (std::uint32_t k = 0; k < count(); ++k)
+                put_places(vertices[k], search.options.rest, places.from, k);
+            kernels.of(kind).distances(places, count(), at_rest);
+        }
+        /// Of a pair that is near.
+        [[nodiscard]] bool counts(std::uint32_t k) const
+        {
+            return (search.options.rest.empty() || !(at_rest.distance[k] <= places.reach[k])) &&
+                   search.accepted(kind, given[k]);
+        }
+
+        const Search& search;
+        Kind kind;
+        std::span<const Pair> given;
+        std::array<Vertices, surfaces::PlaceBatch::size> vertices;
+        surfaces::PlaceBatch places{};
+        surfaces::PartDistances at_rest;
+    };
+    /// Calls work(some) for some pairs of a run after others.
+    template <class Work>
+    static void each_some(const Search& search, Kind kind, std::span<const Pair> run, const Work& work)
+    {
+        for (Some some(search, kind); !run.empty(); run = run.subspan(some.given.size())) {
+            some.put(run.first(std::min<std::size_t>(run.size(), surfaces::PlaceBatch::size)));
+            work(some);
+        }
+    }
+
     void find_near(const Search& search, Kind kind, BlockBuffer<NearParts<T>>& into)
     {
         find(search, kind);
         make_all(into, [&](std::span<const Pair> run, NearParts<T>* to) {
-            for (const Pair& pair : run) {
-                const Vertices vertices = vertices_of(kind, search.surface, pair);
-                const PartDistance found = surfaces::distance_of(kind, places(vertices, search.positions));
-                if (!(found.distance <= search.reach(kind, vertices))) continue;
-                if (search.is_near_at_rest(kind, vertices) || !search.accepted(kind, pair)) continue;
-                NearParts<T> item{pair.a, pair.b, vertices, {}, {}, T(found.distance)};
-                for (std::size_t k = 0; k < 4; ++k)
-                    item.weights[k] = T(found.weights[k]);
-                for (std::size_t d = 0; d < 3; ++d)
-                    item.normal[d] = T(found.normal[d]);
-                *to++ = item;
-            }
+            surfaces::PartDistances found;
+            each_some(search, kind, run, [&](Some& some) {
+                kernels.of(kind).distances(some.places, some.count(), found);
+                some.put_at_rest(kernels);
+                for (std::uint32_t k = 0; k < some.count(); ++k) {
+                    if (!(found.distance[k] <= some.places.reach[k]) || !some.counts(k)) continue;
+                    NearParts<T>& item = *to++;
+                    item = {some.given[k].a, some.given[k].b, some.vertices[k], {}, {}, T(found.distance[k])};
+                    for (std::size_t i = 0; i < 4; ++i)
+                        item.weights[i] = T(found.weight[i][k]);
+                    for (std::size_t d = 0; d < 3; ++d)
+                        item.normal[d] = T(found.normal[d][k]);
+                }
+            });
             return to;
         });
     }
@@ -317,17 +360,17 @@ struct SurfaceFinder<T>::Implementation
     {
         find(search, kind);
         make_all(into, [&](std::span<const Pair> run, PartImpact<T>* to) {
-            for (const Pair& pair : run) {
-                const Vertices vertices = vertices_of(kind, search.surface, pair);
-                const std::optional<double> time =
-                    surfaces::impact_of(kind, places(vertices, search.positions), places(vertices, search.to),
-                                        search.reach(kind, vertices), search.options.tolerance);
-                if (!time) continue;
-                if (search.is_near_at_rest(kind, vertices) || !search.accepted(kind, pair)) continue;
-                T rounded = T(*time);
-                if (double{rounded} > *time) rounded = std::nextafter(rounded, T(0));
-                *to++ = {pair.a, pair.b, vertices, rounded};
-            }
+            double times[surfaces::PlaceBatch::size];
+            each_some(search, kind, run, [&](Some& some) {
+                kernels.of(kind).impacts(some.places, some.count(), search.options.tolerance, times);
+                some.put_at_rest(kernels);
+                for (std::uint32_t k = 0; k < some.count(); ++k) {
+                    if (times[k] > 1 || !some.counts(k)) continue;
+                    T rounded = T(times[k]);
+                    if (double{rounded} > times[k]) rounded = std::nextafter(rounded, T(0));
+                    *to++ = {some.given[k].a, some.given[k].b, some.vertices[k], rounded};
+                }
+            });
             return to;
         });
     }

@@ -6,7 +6,9 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <random>
+#include <string>
 
 #include "oracle.hpp"
 
@@ -19,8 +21,8 @@ std::uint64_t apart(jostle::InstructionSet set, bool edges, bool moves, const Pa
                     std::uint32_t count)
 {
     const auto& kernels = jostle::surfaces::kernels_for(set);
-    const auto which = edges ? (moves ? kernels.moving_edge_edge : kernels.edge_edge)
-                             : (moves ? kernels.moving_vertex_triangle : kernels.vertex_triangle);
+    const auto& of_kind = edges ? kernels.edge_edge : kernels.vertex_triangle;
+    const auto which = moves ? of_kind.moving_apart : of_kind.apart;
     return which(batch, count) & (count == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1);
 }
 
@@ -135,6 +137,100 @@ TEST(SurfaceKernels, OfNumbersOutOfRangeTheySayNothing)
                 for (const jostle::InstructionSet set : jostle::supported_instruction_sets())
                     EXPECT_EQ(apart(set, edges, moves, batch, 64), 0u) << scale;
             }
+}
+
+/// Places that reach from denormal to 1e60, among them equal ones and sides of no length.
+Four any_size(std::mt19937& random)
+{
+    Four at = vertices(random);
+    const double scale = random() % 3 == 0 ? std::ldexp(1.0, static_cast<int>(random() % 1230) - 1040) : 1;
+    for (jostle::Vec3d& v : at)
+        v *= scale;
+    if (random() % 4 == 0) at[random() % 4] = at[random() % 4];
+    if (random() % 8 == 0) at[random() % 4] = at[random() % 4] * (1 + 1e-160);
+    if (random() % 8 == 0) at[random() % 4] = {1e-165, random() % 2 == 0 ? 1e-160 : 0, 0};
+    return at;
+}
+jostle::surfaces::Four in_parts(const Four& at)
+{
+    jostle::surfaces::Four four;
+    for (std::size_t k = 0; k < 4; ++k)
+        four[k] = {at[k][0], at[k][1], at[k][2]};
+    return four;
+}
+template <class Number>
+std::string bits_of(const Number& number)
+{
+    return std::string(reinterpret_cast<const char*>(&number), sizeof number);
+}
+
+TEST(SurfaceKernels, DistancesAndImpactsAreThoseOfSinglePairsToTheBit)
+{
+    using jostle::surfaces::PlaceBatch;
+    std::mt19937 random(23);
+    const auto real = [&] { return std::uniform_real_distribution<double>(0, 1)(random); };
+    std::uint64_t impacts = 0;
+    for (int round = 0; round < 400; ++round) {
+        const auto kind =
+            round % 2 == 0 ? jostle::surfaces::Kind::vertex_triangle : jostle::surfaces::Kind::edge_edge;
+        const std::uint32_t count = round % 3 == 0 ? 1 + static_cast<std::uint32_t>(random() % 64) : 64;
+        const double tolerance = round % 5 == 0 ? 0.5 : 1e-6;
+        PlaceBatch given{};
+        std::array<Four, 64> from, to;
+        for (std::uint32_t k = 0; k < count; ++k) {
+            from[k] = any_size(random);
+            to[k] = random() % 2 == 0 ? any_size(random) : mix(from[k], any_size(random), 0.2);
+            if (random() % 8 == 0) to[k] = mix(from[k], to[k], 1e-9);
+            given.reach[k] = random() % 2 == 0 ? 0 : real() * length(from[k][0] - from[k][2]);
+            for (std::size_t i = 0; i < 12; ++i) {
+                given.from[i][k] = from[k][i / 3][static_cast<int>(i % 3)];
+                given.to[i][k] = to[k][i / 3][static_cast<int>(i % 3)];
+            }
+        }
+        for (const jostle::InstructionSet set : jostle::supported_instruction_sets()) {
+            const auto& kernels = jostle::surfaces::kernels_for(set).of(kind);
+            jostle::surfaces::PartDistances distances;
+            double times[PlaceBatch::size];
+            PlaceBatch batch = given;
+            kernels.distances(batch, count, distances);
+            kernels.impacts(batch, count, tolerance, times);
+            for (std::uint32_t k = 0; k < count; ++k) {
+                const jostle::PartDistance distance = jostle::surfaces::distance_of(kind, in_parts(from[k]));
+                ASSERT_EQ(bits_of(distances.of(k)), bits_of(distance)) << round << " " << k;
+                ASSERT_TRUE(distance.distance >= 0 && length(distance.normal) < 1.1) << round << " " << k;
+                const std::optional<double> time = jostle::surfaces::impact_of(
+                    kind, in_parts(from[k]), in_parts(to[k]), given.reach[k], tolerance);
+                ASSERT_EQ(times[k] <= 1, time.has_value()) << round << " " << k;
+                if (!time) continue;
+                ASSERT_EQ(bits_of(times[k]), bits_of(*time)) << round << " " << k;
+                ++impacts;
+            }
+        }
+    }
+    EXPECT_GT(impacts, 10000u);
+}
+
+TEST(SurfaceKernels, OfTinyPairsTheySayWhatTheySayOfLargeOnes)
+{
+    std::mt19937 random(24);
+    for (int round = 0; round < 4000; ++round) {
+        const auto kind =
+            round % 2 == 0 ? jostle::surfaces::Kind::vertex_triangle : jostle::surfaces::Kind::edge_edge;
+        Four from = vertices(random), to = vertices(random), small_from = from, small_to = to;
+        const double scale = std::ldexp(1.0, -100 - static_cast<int>(random() % 800));
+        for (Four* four : {&small_from, &small_to})
+            for (jostle::Vec3d& v : *four)
+                v *= scale;
+        const jostle::PartDistance large = jostle::surfaces::distance_of(kind, in_parts(from)),
+                                   small = jostle::surfaces::distance_of(kind, in_parts(small_from));
+        ASSERT_EQ(small.distance, large.distance * scale) << round;
+        ASSERT_EQ(small.weights, large.weights) << round;
+        ASSERT_EQ(small.normal, large.normal) << round;
+        ASSERT_EQ(jostle::surfaces::impact_of(kind, in_parts(small_from), in_parts(small_to),
+                                              scale * 0.01 * (round % 3), 1e-6),
+                  jostle::surfaces::impact_of(kind, in_parts(from), in_parts(to), 0.01 * (round % 3), 1e-6))
+            << round;
+    }
 }
 
 } // namespace

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: MIT
-// Most pairs whose boxes touch are far from near. This tells them apart, many at once, in floats.
+// Many pairs at once. Most whose boxes touch are far from near, which floats can tell; the others are decided
+// in doubles.
 #pragma once
 
 #include <cstdint>
 
 #include "jostle/find_pairs.hpp"
+#include "surfaces/parts.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace surfaces {
 
-/// Pairs as columns.
+/// Pairs as columns, for floats.
 struct PartBatch
 {
     static constexpr std::uint32_t size = 64;
@@ -22,14 +24,54 @@ struct PartBatch
     alignas(64) float reach[size];
 };
 
-/// A bit for each of the first `count` pairs of a batch: whether it is certainly further apart than `reach`
-/// all the time. What stands behind them in the columns is read, too. All instruction sets say the same.
+/// Pairs as columns, for doubles.
+struct PlaceBatch
+{
+    static constexpr std::uint32_t size = 64;
+
+    /// x, y and z of each of a pair's four vertices.
+    alignas(64) double from[12][size];
+    /// The same at the end of a step. Only `impacts` reads this and what follows.
+    alignas(64) double to[12][size];
+    alignas(64) double reach[size];
+};
+/// PartDistance as columns.
+struct PartDistances
+{
+    alignas(64) double distance[PlaceBatch::size];
+    alignas(64) double weight[4][PlaceBatch::size];
+    alignas(64) double normal[3][PlaceBatch::size];
+
+    [[nodiscard]] PartDistance of(std::uint32_t k) const
+    {
+        return {distance[k],
+                {weight[0][k], weight[1][k], weight[2][k], weight[3][k]},
+                {normal[0][k], normal[1][k], normal[2][k]}};
+    }
+};
+
+/// Of the first `count` pairs of a batch; what stands behind them in the columns is read, too. The same bits
+/// with all instruction sets.
 struct PartKernels
 {
-    std::uint64_t (*vertex_triangle)(const PartBatch& pairs, std::uint32_t count);
-    std::uint64_t (*edge_edge)(const PartBatch& pairs, std::uint32_t count);
-    std::uint64_t (*moving_vertex_triangle)(const PartBatch& pairs, std::uint32_t count);
-    std::uint64_t (*moving_edge_edge)(const PartBatch& pairs, std::uint32_t count);
+    struct OfKind
+    {
+        /// A bit for each pair: whether it is certainly further apart than `reach` and, where it moves,
+        /// stays so.
+        std::uint64_t (*apart)(const PartBatch& pairs, std::uint32_t count);
+        std::uint64_t (*moving_apart)(const PartBatch& pairs, std::uint32_t count);
+        /// distance_of().
+        void (*distances)(const PlaceBatch& pairs, std::uint32_t count, PartDistances& found);
+        /// impact_of(), above 1 for nothing. It writes over `from` and `to`.
+        void (*impacts)(PlaceBatch& pairs, std::uint32_t count, double tolerance,
+                        double (&times)[PlaceBatch::size]);
+    };
+    OfKind vertex_triangle, edge_edge;
+
+    [[nodiscard]] const OfKind& of(Kind kind) const
+    {
+        return kind == Kind::vertex_triangle ? vertex_triangle : edge_edge;
+    }
 };
 
 /// For one of supported_instruction_sets().
