@@ -48,8 +48,8 @@ std::size_t of_first(Kind kind)
 }
 bool share_a_vertex(Kind kind, const Vertices& v)
 {
-    const bool of_a = v[0] == v[2] || v[0] == v[3], of_b = v[1] == v[2] || v[1] == v[3];
-    return of_a || (kind == Kind::vertex_triangle ? v[0] == v[1] : of_b);
+    const bool of_a = (v[0] == v[2]) | (v[0] == v[3]), of_b = (v[1] == v[2]) | (v[1] == v[3]);
+    return of_a | (kind == Kind::vertex_triangle ? v[0] == v[1] : of_b);
 }
 
 /// Columns of batches.
@@ -165,9 +165,10 @@ struct SurfaceFinder<T>::Implementation
         /// Whether vertices and bodies leave the pair in.
         [[nodiscard]] bool may_meet(Kind kind, const Vertices& vertices) const
         {
-            return !share_a_vertex(kind, vertices) &&
-                   (options.bodies.empty() ||
-                    options.bodies[vertices[0]] != options.bodies[vertices[of_first(kind)]]);
+            bool may = !share_a_vertex(kind, vertices);
+            if (!options.bodies.empty())
+                may &= options.bodies[vertices[0]] != options.bodies[vertices[of_first(kind)]];
+            return may;
         }
         [[nodiscard]] bool accepted(Kind kind, const Pair& pair) const
         {
@@ -225,33 +226,53 @@ struct SurfaceFinder<T>::Implementation
         return part;
     }
 
+    /// Moves those of some pairs to the front that vertices and bodies leave in and that may be near, and
+    /// returns their end. Branches that depend on a pair would be wrong half the time: so each pair is put
+    /// down, and the next one over it where it doesn't count.
+    template <Kind kind>
+    Pair* keep(const Search& search, Pair* first, Pair* last) const
+    {
+        using surfaces::PartBatch;
+        const Surface& surface = search.surface;
+        const bool moves = !search.to.empty();
+        PartBatch batch{};
+        std::array<Pair, PartBatch::size> pair;
+        std::array<Vertices, PartBatch::size> vertices;
+        std::fill_n(batch.reach, PartBatch::size, static_cast<float>(search.distance));
+        Pair* kept = first;
+        while (first != last) {
+            std::uint32_t count = 0;
+            for (; first != last && count < PartBatch::size; ++first) {
+                pair[count] = *first;
+                if constexpr (kind == Kind::vertex_triangle) pair[count].a = surface.points()[first->a];
+                const Vertices of_pair = vertices_of(kind, surface, pair[count]);
+                vertices[count] = of_pair;
+                count += search.may_meet(kind, of_pair) ? 1 : 0;
+            }
+            for (std::uint32_t k = 0; k < count; ++k) {
+                put_legs(vertices[k], search.positions, batch.from, k);
+                if (moves) put_legs(vertices[k], search.to, batch.to, k);
+            }
+            if (!search.options.thickness.empty())
+                for (std::uint32_t k = 0; k < count; ++k)
+                    batch.reach[k] = static_cast<float>(search.reach(kind, vertices[k]));
+            const surfaces::PartKernels::OfKind& tell = kernels.of(kind);
+            const std::uint64_t apart = (moves ? tell.moving_apart : tell.apart)(batch, count);
+            for (std::uint32_t k = 0; k < count; ++k) {
+                *kept = pair[k];
+                kept += 1 - (apart >> k & 1);
+            }
+        }
+        return kept;
+    }
+
     /// Into `pairs`: those whose boxes touch, that vertices and bodies leave in, and that may be near.
     void find(const Search& search, Kind kind)
     {
         const Surface& surface = search.surface;
-        const bool moves = !search.to.empty();
-        const auto tell = moves ? kernels.of(kind).moving_apart : kernels.of(kind).apart;
         const auto select = [&](Pair* first, Pair* last) {
-            surfaces::PartBatch batch{};
-            std::array<Pair, surfaces::PartBatch::size> pair;
-            Pair* kept = first;
-            while (first != last) {
-                std::uint32_t count = 0;
-                for (; first != last && count < surfaces::PartBatch::size; ++first) {
-                    pair[count] = *first;
-                    if (kind == Kind::vertex_triangle) pair[count].a = surface.points()[first->a];
-                    const Vertices vertices = vertices_of(kind, surface, pair[count]);
-                    if (!search.may_meet(kind, vertices)) continue;
-                    put_legs(vertices, search.positions, batch.from, count);
-                    if (moves) put_legs(vertices, search.to, batch.to, count);
-                    batch.reach[count] = static_cast<float>(search.reach(kind, vertices));
-                    ++count;
-                }
-                const std::uint64_t apart = tell(batch, count);
-                for (std::uint32_t k = 0; k < count; ++k)
-                    if ((apart >> k & 1) == 0) *kept++ = pair[k];
-            }
-            return kept;
+            return kind == Kind::vertex_triangle ? keep<Kind::vertex_triangle>(search, first, last)
+                                                 : keep<Kind::edge_edge>(search, first, last);
         };
         if (kind == Kind::vertex_triangle) {
             put_boxes(search, surface.points(), search.distance, boxes_a);
