@@ -72,6 +72,21 @@ vertex_triangle_distance(const std::array<Vec3d, 4>& positions) noexcept;
                                                                 const std::array<Vec3d, 4>& to,
                                                                 double distance = 0, double tolerance = 1e-6);
 
+/// Many pairs in a call, on this thread, in a small part of the time: found[i] is what the functions above say
+/// of positions[i], and times[i] what they say of from[i] and to[i], infinity for nothing.
+/// Errors   as above, and `Error` for spans of different sizes. Error::index is the pair at fault; times before
+///          it are written.
+JOSTLE_API void vertex_triangle_distances(std::span<const std::array<Vec3d, 4>> positions,
+                                          std::span<PartDistance> found);
+JOSTLE_API void edge_edge_distances(std::span<const std::array<Vec3d, 4>> positions,
+                                    std::span<PartDistance> found);
+JOSTLE_API void vertex_triangle_impacts(std::span<const std::array<Vec3d, 4>> from,
+                                        std::span<const std::array<Vec3d, 4>> to, std::span<double> times,
+                                        double distance = 0, double tolerance = 1e-6);
+JOSTLE_API void edge_edge_impacts(std::span<const std::array<Vec3d, 4>> from,
+                                  std::span<const std::array<Vec3d, 4>> to, std::span<double> times,
+                                  double distance = 0, double tolerance = 1e-6);
+
 /// Which vertices make triangles and edges: what stays the same while a surface bends.
 ///
 /// Triangles may be given in any orientation, share edges in any number, and need not be connected: several

@@ -137,19 +137,18 @@ jostle_blocks blocks_of(const BlockBuffer<Item>& found, std::vector<jostle_block
     return list_blocks<Item>(found.blocks(), found.size(), table);
 }
 
-template <class Inside>
-void for_part_kind(jostle_part_kind kind, const Inside& inside)
+void check_part_kind(jostle_part_kind kind)
 {
-    if (kind == JOSTLE_VERTEX_TRIANGLE) return inside(vertex_triangle_impact, vertex_triangle_distance);
-    if (kind == JOSTLE_EDGE_EDGE) return inside(edge_edge_impact, edge_edge_distance);
-    refuse("there is no kind " + std::to_string(kind) + " of parts");
+    if (kind != JOSTLE_VERTEX_TRIANGLE && kind != JOSTLE_EDGE_EDGE)
+        refuse("there is no kind " + std::to_string(kind) + " of parts");
 }
 
 /// Four vertices of each pair.
-const std::array<Vec3d, 4>* corners_of(const double* positions, std::uint64_t count, const char* name)
+std::span<const std::array<Vec3d, 4>> corners_of(const double* positions, std::uint64_t count,
+                                                 const char* name)
 {
     static_assert(sizeof(std::array<Vec3d, 4>) == 12 * sizeof(double));
-    return wanted_array_of<std::array<Vec3d, 4>>(positions, count, name);
+    return {wanted_array_of<std::array<Vec3d, 4>>(positions, count, name), static_cast<std::size_t>(count)};
 }
 
 /// A search: inside(typed finder, surface, options).
@@ -275,16 +274,11 @@ jostle_status jostle_part_impacts(jostle_part_kind kind, const double* from, con
                                   double distance, double tolerance, double* times, jostle_error* error)
 {
     return guarded(error, [&] {
-        const auto* const begin = corners_of(from, count, "from");
-        const auto* const end = corners_of(to, count, "to");
+        const auto begin = corners_of(from, count, "from"), end = corners_of(to, count, "to");
         wanted_array(times, count, "times");
-        const double within = tolerance == 0 ? 1e-6 : tolerance;
-        for_part_kind(kind, [&](auto impact, auto) {
-            for_each_object(static_cast<std::size_t>(count), [&](std::size_t i) {
-                times[i] = impact(begin[i], end[i], distance, within)
-                               .value_or(std::numeric_limits<double>::infinity());
-            });
-        });
+        check_part_kind(kind);
+        (kind == JOSTLE_EDGE_EDGE ? edge_edge_impacts : vertex_triangle_impacts)(
+            begin, end, {times, begin.size()}, distance, tolerance == 0 ? 1e-6 : tolerance);
     });
 }
 jostle_status jostle_part_distances(jostle_part_kind kind, const double* positions, uint64_t count,
@@ -292,12 +286,11 @@ jostle_status jostle_part_distances(jostle_part_kind kind, const double* positio
 {
     static_assert(sizeof(PartDistance) == 8 * sizeof(double));
     return guarded(error, [&] {
-        const auto* const corners = corners_of(positions, count, "positions");
+        const auto corners = corners_of(positions, count, "positions");
         auto* const found = wanted_array_of<PartDistance>(static_cast<void*>(distances), count, "distances");
-        for_part_kind(kind, [&](auto, auto distance) {
-            for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
-                found[i] = distance(corners[i]);
-        });
+        check_part_kind(kind);
+        (kind == JOSTLE_EDGE_EDGE ? edge_edge_distances : vertex_triangle_distances)(corners,
+                                                                                     {found, corners.size()});
     });
 }
 

@@ -52,24 +52,11 @@ bool share_a_vertex(Kind kind, const Vertices& v)
     return of_a | (kind == Kind::vertex_triangle ? v[0] == v[1] : of_b);
 }
 
-/// Columns of batches.
+/// Where a pair's vertices are, one by one.
 template <class T>
-void put_places(const Vertices& vertices, std::span<const Vec<3, T>> positions,
-                double (&columns)[12][surfaces::PlaceBatch::size], std::uint32_t column)
+auto places_of(const Vertices& vertices, std::span<const Vec<3, T>> positions)
 {
-    for (std::size_t k = 0; k < 4; ++k)
-        for (std::size_t d = 0; d < 3; ++d)
-            columns[3 * k + d][column] = double{positions[vertices[k]][d]};
-}
-template <class T>
-void put_legs(const Vertices& vertices, std::span<const Vec<3, T>> positions,
-              float (&columns)[9][surfaces::PartBatch::size], std::uint32_t column)
-{
-    const Vec<3, T>& first = positions[vertices[0]];
-    for (std::size_t k = 0; k < 3; ++k)
-        for (std::size_t d = 0; d < 3; ++d)
-            columns[3 * k + d][column] =
-                static_cast<float>(double{positions[vertices[k + 1]][d]} - double{first[d]});
+    return [&vertices, positions](std::size_t k) -> const Vec<3, T>& { return positions[vertices[k]]; };
 }
 
 /// The box around some vertices and, with `to`, around where they move to; grown on all sides, outwards where
@@ -250,8 +237,8 @@ struct SurfaceFinder<T>::Implementation
                 count += search.may_meet(kind, of_pair) ? 1 : 0;
             }
             for (std::uint32_t k = 0; k < count; ++k) {
-                put_legs(vertices[k], search.positions, batch.from, k);
-                if (moves) put_legs(vertices[k], search.to, batch.to, k);
+                surfaces::put_legs(batch.from, k, places_of(vertices[k], search.positions));
+                if (moves) surfaces::put_legs(batch.to, k, places_of(vertices[k], search.to));
             }
             if (!search.options.thickness.empty())
                 for (std::uint32_t k = 0; k < count; ++k)
@@ -318,8 +305,8 @@ struct SurfaceFinder<T>::Implementation
             given = some;
             for (std::uint32_t k = 0; k < given.size(); ++k) {
                 vertices[k] = vertices_of(kind, search.surface, given[k]);
-                put_places(vertices[k], search.positions, places.from, k);
-                if (!search.to.empty()) put_places(vertices[k], search.to, places.to, k);
+                surfaces::put_places(places.from, k, places_of(vertices[k], search.positions));
+                if (!search.to.empty()) surfaces::put_places(places.to, k, places_of(vertices[k], search.to));
                 places.reach[k] = search.reach(kind, vertices[k]);
             }
         }
@@ -329,7 +316,7 @@ struct SurfaceFinder<T>::Implementation
         {
             if (search.options.rest.empty()) return;
             for (std::uint32_t k = 0; k < count(); ++k)
-                put_places(vertices[k], search.options.rest, places.from, k);
+                surfaces::put_places(places.from, k, places_of(vertices[k], search.options.rest));
             kernels.of(kind).distances(places, count(), at_rest);
         }
         /// Of a pair that is near.

@@ -18,8 +18,8 @@ sys.path.insert(0, str(HERE.parent / "c"))
 import reach  # noqa: E402
 
 # To be reached are also 95 types and 150 functions in C.
-# surface.hpp, of 0.3, has 12 functions, 9 types and 2 aliases of these, and 11 functions in C.
-LIMITS = {"functions": 293, "types": 111, "aliases": 58, "functions in C": 208}
+# surface.hpp, of 0.3, has 16 functions, 9 types and 2 aliases of these, and 11 functions in C.
+LIMITS = {"functions": 297, "types": 111, "aliases": 58, "functions in C": 208}
 ARITHMETIC = {"vec.hpp", "pose.hpp"}
 ARITHMETIC_OF = {"Vec", "Pose", "Aabb"}
 

@@ -4,8 +4,14 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <limits>
+#include <optional>
 #include <random>
+#include <span>
+#include <string>
+#include <tuple>
+#include <vector>
 
 #include "jostle/error.hpp"
 #include "oracle.hpp"
@@ -217,6 +223,84 @@ TEST(SurfaceParts, ImpactsAtTheBeginningAndTheEnd)
     EXPECT_EQ(jostle::vertex_triangle_impact(apart, apart, 1.0), 0.0);
     const Four all_in_one{};
     EXPECT_EQ(jostle::edge_edge_impact(all_in_one, all_in_one), 0.0);
+}
+
+std::string refusal(const std::function<void()>& call, std::uint64_t index)
+{
+    try {
+        call();
+    } catch (const jostle::Error& error) {
+        EXPECT_EQ(error.index(), index);
+        return error.what();
+    }
+    return "";
+}
+
+TEST(SurfaceParts, ManyInACallAreThoseOneByOne)
+{
+    Places places(5);
+    int impacts = 0, misses = 0;
+    for (int round = 0; round < 300; ++round) {
+        const bool edges = round % 2 == 0;
+        const auto count = static_cast<std::size_t>(round < 20 ? round : places.number(200));
+        std::vector<Four> from(count), to(count);
+        for (std::size_t k = 0; k < count; ++k) {
+            std::tie(from[k], to[k]) = places.motion();
+            if (places.number(3) == 0) // most of a broad phase's candidates don't meet
+                for (std::size_t v = edges ? 2 : 1; v < 4; ++v)
+                    from[k][v] += Vec3d{9, 9, 9}, to[k][v] += Vec3d{9, 9, 9};
+            if (places.number(50) == 0) from[k][places.index()] = {1e60, -1e60, places.real()};
+        }
+        const double distance = round % 3 == 0 ? 0.01 : 0;
+        std::vector<double> times(count);
+        std::vector<jostle::PartDistance> distances(count);
+        (edges ? jostle::edge_edge_impacts : jostle::vertex_triangle_impacts)(from, to, times, distance,
+                                                                              1e-6);
+        (edges ? jostle::edge_edge_distances : jostle::vertex_triangle_distances)(from, distances);
+        for (std::size_t k = 0; k < count; ++k) {
+            const std::optional<double> time = impact(edges, from[k], to[k], distance);
+            ASSERT_EQ(times[k], time.value_or(std::numeric_limits<double>::infinity())) << round << " " << k;
+            ++(time ? impacts : misses);
+            const jostle::PartDistance one =
+                edges ? jostle::edge_edge_distance(from[k]) : jostle::vertex_triangle_distance(from[k]);
+            ASSERT_EQ(distances[k].distance, one.distance);
+            ASSERT_EQ(distances[k].weights, one.weights);
+            ASSERT_EQ(distances[k].normal, one.normal);
+        }
+    }
+    EXPECT_GT(impacts, 5000);
+    EXPECT_GT(misses, 5000);
+}
+
+TEST(SurfaceParts, OfManyTheBadOneIsNamedAndThoseBeforeItAreAnswered)
+{
+    Places places(6);
+    std::vector<Four> from(200), to(200);
+    for (std::size_t k = 0; k < 200; ++k)
+        std::tie(from[k], to[k]) = places.motion();
+    std::vector<double> right(200), times(200, -1);
+    jostle::edge_edge_impacts(from, to, right);
+    for (const std::size_t bad : {0u, 1u, 64u, 130u}) {
+        std::vector<Four> wrong = to;
+        wrong[bad][3][1] = std::numeric_limits<double>::infinity();
+        std::fill(times.begin(), times.end(), -1);
+        const std::string message = refusal([&] { jostle::edge_edge_impacts(from, wrong, times); }, bad);
+        EXPECT_NE(message.find("pair " + std::to_string(bad) + ": vertex 3 in `to`"), std::string::npos);
+        for (std::size_t k = 0; k < 200; ++k)
+            ASSERT_EQ(times[k], k < bad ? right[k] : -1) << bad << " " << k;
+    }
+    constexpr std::uint64_t none = jostle::Error::no_index;
+    const std::span<const Four> less = std::span(to).first(199);
+    std::vector<jostle::PartDistance> distances(200);
+    EXPECT_NE(refusal([&] { jostle::edge_edge_impacts(from, less, times); }, none).find("199 pairs in `to`"),
+              std::string::npos);
+    EXPECT_NE(refusal([&] { jostle::vertex_triangle_impacts(less, less, times); }, none).find("for times"),
+              std::string::npos);
+    EXPECT_NE(refusal([&] { jostle::edge_edge_distances(less, distances); }, none).find("for results"),
+              std::string::npos);
+    EXPECT_NE(refusal([&] { jostle::edge_edge_impacts(from, to, times, -1); }, none).find("distance is -1"),
+              std::string::npos);
+    jostle::edge_edge_impacts({}, {}, {});
 }
 
 TEST(SurfaceParts, BadNumbersAreNamed)

@@ -3,6 +3,7 @@
 // in doubles.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "jostle/find_pairs.hpp"
@@ -49,6 +50,23 @@ struct PartDistances
                 {normal[0][k], normal[1][k], normal[2][k]}};
     }
 };
+
+/// Puts down a pair in a column: vertex(k) is where its vertex k is.
+template <class Vertex>
+void put_legs(float (&columns)[9][PartBatch::size], std::size_t column, const Vertex& vertex)
+{
+    const auto& first = vertex(0);
+    for (std::size_t i = 0; i < 9; ++i) {
+        const int d = static_cast<int>(i % 3);
+        columns[i][column] = static_cast<float>(double{vertex(i / 3 + 1)[d]} - double{first[d]});
+    }
+}
+template <class Vertex>
+void put_places(double (&columns)[12][PlaceBatch::size], std::size_t column, const Vertex& vertex)
+{
+    for (std::size_t i = 0; i < 12; ++i)
+        columns[i][column] = double{vertex(i / 3)[static_cast<int>(i % 3)]};
+}
 
 /// Of the first `count` pairs of a batch; what stands behind them in the columns is read, too. The same bits
 /// with all instruction sets.
