@@ -9,7 +9,7 @@ using Real3 = Point<double>;
 /// eleven for a time, which is three roundings at a speed of up to 3.5 coordinates. It has 32 of them. A
 /// bound may be less by six units of the distance itself, to which `wide` adds eight.
 constexpr double rounding = 0x1p-48, wide = 1 + 0x1p-50;
-/// Steps in which almost all impacts are found to the last bits. Most take 3 to 10; where parts nearly touch
+/// Steps in which almost all impacts are found to the last bits. Most take 4 to 20; where parts nearly touch
 /// at first, each step may only double their gap.
 constexpr double exact_steps = 1000;
 
@@ -81,6 +81,31 @@ HWY_ATTR HWY_INLINE Real3 toward(const Polygon<double, corners>& polygon, const 
                   choose(at_corner, nearest.point, without(nearest.point, nearest.way)));
 }
 
+/// What is so inside, and on each of the sides.
+HWY_ATTR HWY_INLINE Real by_side(const Nearest<double>& nearest, Real inside, Real of0, Real of1, Real of2,
+                                 Real of3)
+{
+    const Real later = choose(nearest.side < Real(3), of2, of3);
+    const Real on_side = choose(nearest.side < Real(1), of0, choose(nearest.side < Real(2), of1, later));
+    return choose(nearest.side < Real(0), inside, on_side);
+}
+/// Where a point of a polygon is: how much of the sides that span it.
+struct InFace
+{
+    Real across, along;
+};
+template <int corners>
+HWY_ATTR HWY_INLINE InFace in_face(const Nearest<double>& nearest)
+{
+    const Real zero = Real(0), one = Real(1), part = nearest.part, rest = one - part;
+    if constexpr (corners == 3)
+        return {by_side(nearest, nearest.across, part, rest, zero, zero),
+                by_side(nearest, nearest.along, zero, part, rest, zero)};
+    else
+        return {by_side(nearest, nearest.across, part, one, rest, zero),
+                by_side(nearest, nearest.along, zero, part, one, rest)};
+}
+
 template <int corners>
 HWY_ATTR void distances(const PlaceBatch& pairs, std::uint32_t count, PartDistances& found)
 {
@@ -106,28 +131,43 @@ HWY_ATTR void distances(const PlaceBatch& pairs, std::uint32_t count, PartDistan
         normal.y.store(found.normal[1] + k);
         normal.z.store(found.normal[2] + k);
 
-        // A weight inside, and on each of the sides.
-        const Real part = nearest.part, rest = one - part;
-        const auto by_side = [&](Real inside, Real of0, Real of1, Real of2, Real of3) HWY_ATTR {
-            const Real later = choose(nearest.side < Real(3), of2, of3);
-            const Real on_side = choose(nearest.side < one, of0, choose(nearest.side < Real(2), of1, later));
-            return choose(nearest.side < zero, inside, on_side);
-        };
+        const InFace at = in_face<corners>(nearest);
         if constexpr (corners == 3) {
-            const Real &across = nearest.across, &along = nearest.along;
             one.store(found.weight[0] + k);
-            by_side(one - across - along, rest, zero, part, zero).store(found.weight[1] + k);
-            by_side(across, part, rest, zero, zero).store(found.weight[2] + k);
-            by_side(along, zero, part, rest, zero).store(found.weight[3] + k);
-        } else { // how far along the first edge and the second the nearest points are
-            const Real first = by_side(nearest.across, part, one, rest, zero),
-                       second = by_side(nearest.along, zero, part, one, rest);
-            (one - first).store(found.weight[0] + k);
-            first.store(found.weight[1] + k);
-            (one - second).store(found.weight[2] + k);
-            second.store(found.weight[3] + k);
+            by_side(nearest, one - at.across - at.along, one - nearest.part, zero, nearest.part, zero)
+                .store(found.weight[1] + k);
+            at.across.store(found.weight[2] + k);
+            at.along.store(found.weight[3] + k);
+        } else {
+            (one - at.across).store(found.weight[0] + k);
+            at.across.store(found.weight[1] + k);
+            (one - at.along).store(found.weight[2] + k);
+            at.along.store(found.weight[3] + k);
         }
     }
+}
+
+/// The polygon's normal, towards it, when the nearest points will have met if they go on as they do now, or
+/// now's if they don't come nearer. Along now's the fastest corner is there first, and only a part of the time that
+/// is left is gained. Along this one all corners arrive together, if none of them goes the other way.
+template <int corners>
+HWY_ATTR HWY_INLINE Real3 face_ahead(const Motion<double, corners>& motion, const Nearest<double>& nearest,
+                                     Real time, Real apart)
+{
+    const Real zero = Real(0), one = Real(1);
+    Real3 speed[3];
+    for (int i = 0; i < 3; ++i) {
+        const int k = i == 2 ? corners - 1 : i;
+        speed[i] = motion.to.corner[k] - motion.from.corner[k];
+    }
+    const InFace at = in_face<corners>(nearest);
+    const Real nears = zero - dot(nearest.point, speed[0] + (speed[1] - speed[0]) * at.across +
+                                                     (speed[2] - speed[0]) * at.along);
+    const Real ahead = time + (nearest.distance2 - sqrt(nearest.distance2) * apart) / nears;
+    const Polygon<double, corners> then =
+        motion.at(choose((nears > zero) & (ahead > time) & (ahead < one), ahead, time));
+    const Real3 normal = cross(then.across(), then.along());
+    return choose(dot(normal, nearest.point) < zero, normal * Real(-1), normal);
 }
 
 /// The latest of clear_until() for all directions that could be the right one, and no earlier than `time`.
@@ -272,8 +312,8 @@ HWY_ATTR void impacts(PlaceBatch& pairs, std::uint32_t count, double tolerance,
             const Polygon<double, corners> polygon = motion.at(time);
             const Nearest<double> nearest = nearest_of(polygon);
             Real until = max(time, motion.clear_until(toward(polygon, nearest), time, apart));
-            // Of parts that nearly touch, the nearest points may lie anywhere on a side or inside.
-            if (any(until <= one)) until = max(until, motion.clear_until(toward_face(polygon), time, apart));
+            if (any(until <= one))
+                until = max(until, motion.clear_until(face_ahead(motion, nearest, time, apart), time, apart));
             Mask<double> arrived = nearest.distance2 <= Real(0);
             const Mask<double> many = (steps >= Real(exact_steps)) & (until <= one);
             if (any(many))
