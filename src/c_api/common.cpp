@@ -108,7 +108,7 @@ void ResultsContent::begin() noexcept
 {
     holds = Holds::nothing;
     buffer.emplace<std::monostate>();
-    memory.reset();
+    buffer_memory.reset();
     blocks = {};
 }
 

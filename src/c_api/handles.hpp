@@ -177,6 +177,16 @@ Options read_options(const Options* given, const char* name)
             refuse(std::string(name) + " has a member that this version of Jostle doesn't know");
     return options;
 }
+/// Number i of several that lie as far apart as the first one's size says. That one has been read.
+template <class Options>
+const Options* options_number(const Options* first, std::uint64_t i, const char* name)
+{
+    const std::uint64_t size = first->struct_size;
+    if (size % alignof(Options) != 0)
+        refuse(std::string(name) + "::struct_size is " + std::to_string(size) + ": set it to sizeof(" + name +
+               ")");
+    return reinterpret_cast<const Options*>(reinterpret_cast<const unsigned char*>(first) + i * size);
+}
 /// The other way round: as much of `values` as the caller has room for.
 template <class Stats>
 void write_stats(Stats* into, Stats values, const char* name)

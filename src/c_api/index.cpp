@@ -32,6 +32,7 @@ class IndexContent final : public Content
 
     Kept kept;
     jostle_space space;
+    mutable WorkingMemories memories; // of queries
     InSomeSpace<BoxIndex2f, BoxIndex3f, BoxIndex2d, BoxIndex3d> index;
 };
 
@@ -193,7 +194,11 @@ jostle_status jostle_index_clear(jostle_index* index, jostle_error* error)
 }
 jostle_status jostle_index_release_memory(jostle_index* index, jostle_error* error)
 {
-    return guarded(error, [&] { open(index).on([](auto& typed) { typed.release_memory(); }); });
+    return guarded(error, [&] {
+        IndexContent& content = open(index);
+        content.on([](auto& typed) { typed.release_memory(); });
+        content.memories.release();
+    });
 }
 jostle_status jostle_index_size(const jostle_index* index, uint64_t* size, jostle_error* error)
 {
@@ -322,7 +327,8 @@ jostle_status jostle_box_answers(jostle_space space, const jostle_queries* queri
             using T = typename decltype(in)::T;
             Aabb<dim, T> target;
             std::memcpy(&target, wanted_array_of<T>(box, 2 * dim, "box"), sizeof target);
-            with_queries<Verb::visit, false, dim, T>(queries, 1, [&](auto asked) {
+            WorkingMemory memory;
+            with_queries<Verb::visit, false, dim, T>(queries, 1, memory, [&](auto asked) {
                 wanted_array(answers, asked.size(), "answers");
                 wanted_array(at, asked.size(), "at");
                 for (std::size_t i = 0; i < asked.size(); ++i) {

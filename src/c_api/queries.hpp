@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstring>
-#include <deque>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -18,6 +17,7 @@
 
 #include "c_api/results.hpp"
 #include "c_api/shapes.hpp"
+#include "c_api/working_memory.hpp"
 #include "c_api/world.hpp"
 #include "jostle/queries.hpp"
 #include "jostle/shape_query.hpp"
@@ -124,13 +124,13 @@ StridedView<Row> view_of_rows(const jostle_values& values)
 }
 
 /// The queries that C gave, as C++'s. Those that lie in memory as they do in C++ are read in place; of the
-/// others one needs no memory, more are copied.
-template <class Query>
+/// others one needs no memory, more are copied into that of the call: a WorkingMemory, or one that is Lent.
+template <class Query, class Memory>
 class Asked
 {
   public:
     /// `limit` is the most answers that are of use of each.
-    Asked(const jostle_queries& given, std::uint64_t count, std::uint64_t limit);
+    Asked(const jostle_queries& given, std::uint64_t count, std::uint64_t limit, Memory& memory);
     Asked(const Asked&) = delete;
     Asked& operator=(const Asked&) = delete;
 
@@ -145,10 +145,12 @@ class Asked
             all_ = {&one_, 1};
             return;
         }
-        many_.reserve(count);
+        auto& many = memory_.template of<std::vector<Query>>();
+        many.clear();
+        many.reserve(count);
         for (std::size_t i = 0; i < count; ++i)
-            many_.push_back(at(i));
-        all_ = many_;
+            many.push_back(at(i));
+        all_ = many;
     }
     template <int Dim, Coordinate T>
     void read(const jostle_queries& given, std::size_t count, std::uint32_t nearest, const Nearest<Dim, T>*)
@@ -231,12 +233,14 @@ class Asked
         return objects;
     }
 
+    Memory& memory_;
     Query one_{};
-    std::vector<Query> many_;
     std::span<const Query> all_;
 };
-template <class Query>
-Asked<Query>::Asked(const jostle_queries& given, std::uint64_t count, std::uint64_t limit)
+template <class Query, class Memory>
+Asked<Query, Memory>::Asked(const jostle_queries& given, std::uint64_t count, std::uint64_t limit,
+                            Memory& memory)
+    : memory_(memory)
 {
     if (!has_shape(kind_of<Query>) && given.shapes != nullptr)
         refuse("the queries have shapes, but are of a kind that has none");
@@ -253,15 +257,15 @@ inline std::uint64_t count_of(const jostle_queries* queries)
 }
 
 /// inside(queries) with the caller's as a span of what they are, if they are such that `verb` takes.
-template <Verb verb, bool of_shapes, int Dim, Coordinate T, class F>
-void with_queries(const jostle_queries* queries, std::uint64_t limit, F&& inside)
+template <Verb verb, bool of_shapes, int Dim, Coordinate T, class Memory, class F>
+void with_queries(const jostle_queries* queries, std::uint64_t limit, Memory& memory, F&& inside)
 {
     const jostle_queries& given = wanted(queries, "queries");
     const auto as = [&]<class Query>(const Query*) {
         if constexpr (takes(verb, kind_of<Query>, of_shapes)) {
             const std::uint64_t count = count_of(queries);
             if (count > UINT32_MAX) refuse("more than 2^32 - 1 queries", JOSTLE_TOO_MANY_OBJECTS);
-            const Asked<Query> asked(given, count, limit);
+            const Asked<Query, Memory> asked(given, count, limit, memory);
             inside(asked.all());
         } else {
             refuse_kind(verb, given.kind, of_shapes);
@@ -297,8 +301,8 @@ void with_queries(const jostle_queries* queries, std::uint64_t limit, F&& inside
 
 /// inside(filters) with one for all queries, or one for each. `Wish` makes a Filter of the caller's, which
 /// refers to it.
-template <class Wish, class F>
-void with_filter(const jostle_query_filter* filter, std::uint64_t queries, F&& inside)
+template <class Wish, class Memory, class F>
+void with_filter(const jostle_query_filter* filter, std::uint64_t queries, Memory& memory, F&& inside)
 {
     using Filter = typename Wish::Filter;
     const std::uint64_t count = read_options(filter, "jostle_query_filter").count;
@@ -310,17 +314,13 @@ void with_filter(const jostle_query_filter* filter, std::uint64_t queries, F&& i
         refuse("there are " + std::to_string(queries) + " queries and " + std::to_string(count) +
                    " filters: give none, one, or one for each",
                JOSTLE_SIZE_MISMATCH);
-    const auto* const bytes = reinterpret_cast<const unsigned char*>(filter);
-    const std::uint64_t size = filter->struct_size;
-    if (size % alignof(jostle_query_filter) != 0)
-        refuse("jostle_query_filter::struct_size is " + std::to_string(size) +
-               ": set it to sizeof(jostle_query_filter)");
-    std::deque<Wish> wishes; // which stay where they are
-    std::vector<Filter> filters;
-    for (std::uint64_t i = 0; i < count; ++i) {
-        wishes.emplace_back(reinterpret_cast<const jostle_query_filter*>(bytes + i * size));
-        filters.push_back(wishes.back().filter);
-    }
+    using Wishes = std::vector<std::optional<Wish>>; // which stay where they are
+    auto& wishes = memory.template of<Wishes>();
+    if (wishes.size() < count) wishes = Wishes(static_cast<std::size_t>(count));
+    auto& filters = memory.template of<std::vector<Filter>>();
+    filters.clear();
+    for (std::size_t i = 0; i < count; ++i)
+        filters.push_back(wishes[i].emplace(options_number(filter, i, "jostle_query_filter")).filter);
     inside(detail::QueryFilters<Filter>(filters));
 }
 
@@ -480,20 +480,20 @@ inline constexpr bool has_contacts = true;
 
 /// inside(structure, queries, filter, shapes...) with everything in its type, and no shapes where boxes are
 /// asked about.
-template <class Wish, Verb verb, class Content, class F>
+template <class Wish, Verb verb, class Content, class Memory, class F>
 void ask(const Content& content, const jostle_queries* queries, const jostle_objects* objects,
-         const jostle_query_filter* filter, std::uint64_t limit, F&& inside)
+         const jostle_query_filter* filter, std::uint64_t limit, Memory& memory, F&& inside)
 {
-    with_filter<Wish>(filter, count_of(queries), [&](const auto& wish) {
+    with_filter<Wish>(filter, count_of(queries), memory, [&](const auto& wish) {
         content.on([&]<class Structure>(const Structure& structure) {
             constexpr int dim = Structure::dim;
             using T = typename Structure::Number;
             if (objects == nullptr)
-                return with_queries<verb, false, dim, T>(queries, limit,
+                return with_queries<verb, false, dim, T>(queries, limit, memory,
                                                          [&](auto asked) { inside(structure, asked, wish); });
             if constexpr (has_contacts) {
                 const typename Structure::Shapes shapes(objects_of<Objects, dim, T>(objects, "objects"));
-                with_queries<verb, true, dim, T>(queries, limit,
+                with_queries<verb, true, dim, T>(queries, limit, memory,
                                                  [&](auto asked) { inside(structure, asked, wish, shapes); });
             } else {
                 refuse("this library was built without contacts: objects must be NULL");
@@ -506,7 +506,8 @@ template <class Wish, class Content>
 void ask_any(const Content& content, const jostle_queries* queries, const jostle_objects* objects,
              const jostle_query_filter* filter, std::uint8_t* out)
 {
-    ask<Wish, Verb::any>(content, queries, objects, filter, 0,
+    WorkingMemories::Lent memory(content.memories);
+    ask<Wish, Verb::any>(content, queries, objects, filter, 0, memory,
                          [&](const auto& structure, auto asked, const auto& wish, const auto&... shapes) {
                              std::uint8_t* const any = wanted_array(out, asked.size(), "any");
                              if (asked.size() == 1)
@@ -519,7 +520,8 @@ template <class Wish, class Content>
 void ask_count(const Content& content, const jostle_queries* queries, const jostle_objects* objects,
                const jostle_query_filter* filter, std::uint64_t* out)
 {
-    ask<Wish, Verb::count>(content, queries, objects, filter, 0,
+    WorkingMemories::Lent memory(content.memories);
+    ask<Wish, Verb::count>(content, queries, objects, filter, 0, memory,
                            [&](const auto& structure, auto asked, const auto& wish, const auto&... shapes) {
                                std::uint64_t* const counts = wanted_array(out, asked.size(), "counts");
                                if (asked.size() == 1)
@@ -532,8 +534,9 @@ template <class Wish, class Content>
 void ask_first(const Content& content, const jostle_queries* queries, const jostle_objects* objects,
                const jostle_query_filter* filter, jostle_hit* out, void* details)
 {
+    WorkingMemories::Lent memory(content.memories);
     ask<Wish, Verb::first>(
-        content, queries, objects, filter, 1,
+        content, queries, objects, filter, 1, memory,
         [&]<class Structure, class Query>(const Structure& structure, std::span<const Query> asked,
                                           const auto& wish, const auto&... shapes) {
             constexpr bool nearest = is_nearest(kind_of<Query>);
@@ -561,7 +564,8 @@ void ask_first(const Content& content, const jostle_queries* queries, const jost
                     structure.first(asked, shapes..., found, wish);
             };
             if constexpr (Detailed<Found>) {
-                std::vector<Found> found(asked.size());
+                auto& found = memory.of<std::vector<Found>>();
+                found.resize(asked.size());
                 ask_batch(found);
                 for (std::size_t i = 0; i < found.size(); ++i)
                     hits[i] = hit_to_c(found[i], details, i);
@@ -579,14 +583,14 @@ void ask_all(const Content& content, const jostle_queries* queries, const jostle
 {
     results.begin();
     ask<Wish, Verb::all>(
-        content, queries, objects, filter, max_results,
+        content, queries, objects, filter, max_results, results.memory,
         [&]<class Structure, class Query>(const Structure& structure, std::span<const Query> asked,
                                           const auto& wish, const auto&... shapes) {
             using Item = typename AnswerTo<Structure, Query, sizeof...(shapes) != 0>::type;
             results.lists.start();
             results.bytes.clear();
             if (asked.size() == 1) {
-                std::vector<Item> found;
+                auto& found = results.memory.template of<std::vector<Item>>();
                 bool more = false;
                 if constexpr (is_nearest(kind_of<Query>))
                     structure.nearest(asked.front(), shapes..., found, wish[0]);
@@ -594,7 +598,7 @@ void ask_all(const Content& content, const jostle_queries* queries, const jostle
                     more = structure.all(asked.front(), shapes..., found, wish[0], max_results);
                 append(results, std::span<const Item>(found), more);
             } else {
-                ResultLists<Item> found(results.kept.resource());
+                auto& found = results.memory.template of<ResultLists<Item>>(results.kept.resource());
                 if constexpr (is_nearest(kind_of<Query>))
                     structure.nearest(asked, shapes..., found, wish);
                 else
@@ -615,8 +619,9 @@ bool ask_visit(const Content& content, const jostle_queries* queries, const jost
         refuse("there are " + std::to_string(count_of(queries)) + " queries: a visit takes one",
                JOSTLE_SIZE_MISMATCH);
     bool finished = true;
+    WorkingMemories::Lent memory(content.memories); // one query wants none
     ask<Wish, Verb::visit>(
-        content, queries, objects, filter, UINT32_MAX,
+        content, queries, objects, filter, UINT32_MAX, memory,
         [&]<class Structure, class Query>(const Structure& structure, std::span<const Query> asked,
                                           const auto& wish, const auto&... shapes) {
             using Item = typename AnswerTo<Structure, Query, sizeof...(shapes) != 0>::type;

@@ -4,6 +4,7 @@
 #include <variant>
 
 #include "c_api/handles.hpp"
+#include "c_api/working_memory.hpp"
 #include "jostle/contact.hpp"
 #include "jostle/query.hpp"
 
@@ -40,8 +41,9 @@ class ResultsContent final : public Content
     std::vector<Pair> pairs;
     std::vector<std::byte> bytes; // a text's zero isn't counted
     std::uint64_t byte_count = 0;
+    WorkingMemory memory; // of the calls that fill it
     // A buffer's memory resource came with it, from the finder that filled it.
-    std::shared_ptr<std::pmr::memory_resource> memory;
+    std::shared_ptr<std::pmr::memory_resource> buffer_memory;
     std::variant<std::monostate, PairBuffer, ContactBuffer<2, float>, ContactBuffer<3, float>,
                  ContactBuffer<2, double>, ContactBuffer<3, double>, PointContactBuffer<2, float>,
                  PointContactBuffer<3, float>, PointContactBuffer<2, double>, PointContactBuffer<3, double>>
@@ -63,7 +65,7 @@ class ResultsContent final : public Content
     void take(BlockBuffer<Item>&& given, const std::shared_ptr<std::pmr::memory_resource>& its_memory)
     {
         buffer.template emplace<BlockBuffer<Item>>(std::move(given));
-        memory = its_memory;
+        buffer_memory = its_memory;
         const auto& taken = std::get<BlockBuffer<Item>>(buffer);
         blocks = list_blocks<Item>(taken.blocks(), taken.size(), table);
         holds = Holds::blocks;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "c_api/handles.hpp"
+#include "c_api/working_memory.hpp"
 #include "jostle/world.hpp"
 
 // What is behind a jostle_world. Its functions are in the files world*.cpp: what makes a world and updates it
@@ -127,6 +128,7 @@ class WorldContent final : public Content
     jostle_accept_object_pair_function accept;
     void* context;
     jostle_space space;
+    mutable WorkingMemories memories; // of queries
     InSomeSpace<World2f, World3f, World2d, World3d> world;
 
     // The last update's lists as C sees them, made when they are first asked for: by any thread.

@@ -134,7 +134,7 @@ jostle_status jostle_world_touching(const jostle_world* world, const jostle_id* 
         if (!less(ids, listed.data()) && less(ids, listed.data() + listed.size()))
             std::swap(before, into.lists);
         into.lists.start();
-        std::vector<ObjectId> others;
+        auto& others = into.memory.of<std::vector<ObjectId>>();
         read_each(world, ids, count, [&](const auto& typed, ObjectId id, std::size_t) {
             typed.touching(id, others);
             append(into, std::span<const ObjectId>(others), false);

@@ -8,10 +8,12 @@
 #include <concepts>
 #include <cstdint>
 #include <limits>
+#include <memory_resource>
 #include <string>
 #include <type_traits>
 #include <vector>
 
+#include "base/items_on_stack.hpp"
 #include "jostle/error.hpp"
 #include "jostle/shape_query.hpp"
 #include "narrow/interface/answers.hpp"
@@ -366,7 +368,8 @@ class ShapeSearch
             }
             if (left == 0) return true;
             bool goes_on = true;
-            std::vector<Answer> waiting;
+            ItemsOnStack<Answer, 4096> in_heap;
+            std::pmr::vector<Answer>& waiting = in_heap.found;
             const auto is_later = [](const Answer& a, const Answer& b) { return AnswerOrder{}(b, a); };
             const auto hand_over = [&](T nearest_box) {
                 while (goes_on && left != 0 && !waiting.empty() &&

@@ -8,6 +8,7 @@
 
 #include "base/checks.hpp"
 #include "base/instantiate.hpp"
+#include "base/items_on_stack.hpp"
 #include "base/result_lists.hpp"
 #include "index/box_index_access.hpp"
 #include "index/queries/answers.hpp"
@@ -18,24 +19,6 @@ JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
 using index::Visits;
-
-/// Found items on their way to what the asker gets: some hundred on the stack, more from `more`.
-template <class Item>
-class Items
-{
-    static constexpr std::size_t size = 2048;
-    alignas(Item) std::byte room_[size];
-    std::pmr::monotonic_buffer_resource memory_;
-
-  public:
-    explicit Items(std::pmr::memory_resource* more = std::pmr::new_delete_resource())
-        : memory_(room_, size, more)
-    {
-        found.reserve(size / sizeof(Item));
-    }
-
-    std::pmr::vector<Item> found{&memory_};
-};
 
 /// Puts queries to the resting and the active objects as if they were one index's, and says which of the
 /// objects count.
@@ -132,7 +115,7 @@ class Asking
     bool list(std::vector<Out>& out, const Find& find) const
     {
         out.clear();
-        Items<Item> items;
+        ItemsOnStack<Item> items;
         const bool more = with(0, [&](index::Wanted wanted) { return find(wanted, items.found); });
         append_given(items.found, out);
         return more;
@@ -203,7 +186,7 @@ class AskingMany
         ResultListsAccess::fill(
             out, count_, index::of_batch(*world_.state.executor),
             [&](std::size_t i, std::pmr::vector<Out>& items) {
-                Items<Item> some(items.get_allocator().resource());
+                ItemsOnStack<Item> some(items.get_allocator().resource());
                 return with(i, [&](const Asking<Dim, T>& asking, std::size_t, index::Wanted wanted) {
                     const bool more = find(asking, i, wanted, some.found);
                     asking.append_given(some.found, items);
@@ -340,7 +323,7 @@ void World<Dim, T>::touching(ObjectId id, std::vector<ObjectId>& out) const
     (void)implementation_->checked(id);
     const ObjectQueryFilter all;
     const world::Asking<Dim, T> asking(*implementation_, all);
-    world::Items<std::uint32_t> others;
+    ItemsOnStack<std::uint32_t> others;
     world::list_touching(implementation_->state, asking.answers(), world::Index{id.index}, 0, others.found);
     out.clear();
     asking.append_given(others.found, out);
@@ -366,7 +349,7 @@ bool World<Dim, T>::pairs(FunctionRef<bool(ObjectId a, ObjectId b)> visit) const
     const Users::Answering answering(&implementation_->users);
     const ObjectQueryFilter all;
     const world::Asking<Dim, T> asking(*implementation_, all);
-    world::Items<std::uint32_t> others;
+    ItemsOnStack<std::uint32_t> others;
     const std::uint32_t end = index_end();
     for (std::uint32_t a = 0; a < end; ++a) {
         world::list_touching(implementation_->state, asking.answers(), world::Index{a}, a + 1, others.found);
