@@ -627,6 +627,7 @@ namespace Jostle
             public double margin;
             public int disabled;
             public ulong user_data;
+            public ulong count;
         }
 
         [StructLayout(LayoutKind.Sequential)]

@@ -221,8 +221,8 @@ typedef struct jostle_surface_finder jostle_surface_finder;   ///< jostle::Surfa
 typedef struct jostle_responses jostle_responses;             ///< jostle::Responses
 typedef struct jostle_recorder jostle_recorder;               ///< jostle::Recorder
 
-/// Names an object of a world: the index in the low 32 bits, the generation in the high ones. 0 names
-/// nothing.
+/// Names an object of a world: the index in the low 32 bits, the generation in the high ones. Always less
+/// than 2^53, so that a double holds it exactly. 0 names nothing.
 typedef uint64_t jostle_id;
 
 /// What went wrong, in words.
@@ -427,7 +427,8 @@ JOSTLE_C_API jostle_status jostle_boxes_check(jostle_space space, const jostle_b
 // ---------------------------------------------------------------------------------------------------------
 
 /// An empty result, to be filled by a call and filled again by the next. What the functions below hand out is
-/// valid until then. `options` may be NULL; its allocator alone counts.
+/// valid until then. Its memory is used again: a call like the one before allocates nothing. `options` may be
+/// NULL; its allocator alone counts.
 JOSTLE_C_API jostle_status jostle_results_new(const jostle_options* options, jostle_results** out,
                                               jostle_error* error);
 JOSTLE_C_API jostle_status jostle_results_free(jostle_results* results, jostle_error* error);
@@ -832,6 +833,8 @@ typedef struct jostle_object_options
     double margin;
     int32_t disabled;   ///< 1: keeps its id and box, touches nothing
     uint64_t user_data; ///< the caller's own: see jostle_world_set_user_data
+    uint64_t count;     ///< more than 1: so many options lie here, one for each box, as far apart as
+                        ///< struct_size says; the first one's count counts. 0 or 1: these are all boxes'
 } jostle_object_options;
 
 typedef struct jostle_id_pair

@@ -9,6 +9,37 @@ ObjectFilter filter_of(const jostle_object_filter& filter) noexcept
     return {filter.category, filter.mask, filter.owner, filter.is_static != 0};
 }
 
+template <class T>
+ObjectOptions<T> read_object_options(const jostle_object_options* options)
+{
+    const jostle_object_options given = read_options(options, "jostle_object_options");
+    ObjectOptions<T> wish;
+    if (given.filter != nullptr) wish.filter = filter_of(*given.filter);
+    wish.margin = static_cast<T>(given.margin);
+    wish.enabled = given.disabled == 0;
+    wish.user_data = given.user_data;
+    return wish;
+}
+
+/// inside(options) with the caller's: one for all of so many objects, or one for each.
+template <class T, class F>
+void with_object_options(const jostle_object_options* options, std::size_t objects, WorkingMemories& memories,
+                         F&& inside)
+{
+    const std::uint64_t count = read_options(options, "jostle_object_options").count;
+    if (count <= 1) return inside(read_object_options<T>(options));
+    if (count != objects)
+        refuse("there are " + std::to_string(objects) + " boxes and " + std::to_string(count) +
+                   " options: give none, one, or one for each",
+               JOSTLE_SIZE_MISMATCH);
+    WorkingMemories::Lent memory(memories);
+    auto& of_each = memory.of<std::vector<ObjectOptions<T>>>();
+    of_each.clear();
+    for (std::size_t i = 0; i < objects; ++i)
+        of_each.push_back(read_object_options<T>(options_number(options, i, "jostle_object_options")));
+    inside(of_each);
+}
+
 } // namespace
 } // namespace jostle::c_api
 
@@ -21,23 +52,20 @@ jostle_status jostle_world_add(jostle_world* world, const jostle_boxes* boxes,
                                const jostle_object_options* options, jostle_id* ids, jostle_error* error)
 {
     return guarded(error, [&] {
-        open(world).on([&]<int Dim, Coordinate T>(World<Dim, T>& typed) {
-            const jostle_object_options given = read_options(options, "jostle_object_options");
-            ObjectOptions<T> wish;
-            if (given.filter != nullptr) wish.filter = filter_of(*given.filter);
-            wish.margin = static_cast<T>(given.margin);
-            wish.enabled = given.disabled == 0;
-            wish.user_data = given.user_data;
+        WorldContent& content = open(world);
+        content.on([&]<int Dim, Coordinate T>(World<Dim, T>& typed) {
             const BoxView<Dim, T> all = view<Dim, T>(boxes, "boxes");
             wanted_array(ids, all.size(), "ids");
-            if constexpr (same_in_memory) {
-                typed.add(all, std::span(reinterpret_cast<ObjectId*>(ids), all.size()), wish);
-            } else {
-                std::vector<ObjectId> added(all.size());
-                typed.add(all, added, wish);
-                for (std::size_t i = 0; i < added.size(); ++i)
-                    ids[i] = to_c(added[i]);
-            }
+            with_object_options<T>(options, all.size(), content.memories, [&](const auto& wish) {
+                if constexpr (same_in_memory) {
+                    typed.add(all, std::span(reinterpret_cast<ObjectId*>(ids), all.size()), wish);
+                } else {
+                    std::vector<ObjectId> added(all.size());
+                    typed.add(all, added, wish);
+                    for (std::size_t i = 0; i < added.size(); ++i)
+                        ids[i] = to_c(added[i]);
+                }
+            });
         });
     });
 }

@@ -120,6 +120,76 @@ TEST_F(CWorld, WhatNewObjectsAreLikeArrives)
     EXPECT_EQ(bounds()[1].hi[1], 1.25f);
 }
 
+TEST_F(CWorld, EachNewObjectHasOptionsOfItsOwn)
+{
+    make(0.25);
+    constexpr std::size_t n = 5;
+    // In structs of a later version that is longer, or with members of the caller's own behind them.
+    struct Longer
+    {
+        jostle_object_options options;
+        std::uint64_t zero;
+    };
+    jostle_object_filter filters[n];
+    std::vector<Longer> of_each(n, Longer{});
+    for (std::uint32_t i = 0; i < n; ++i) {
+        filters[i] = {1u << i, 5 + i, 7 * i, static_cast<std::int32_t>(i % 2)};
+        of_each[i].options.struct_size = sizeof(Longer);
+        if (i != 3) of_each[i].options.filter = &filters[i];
+        of_each[i].options.margin = i;
+        of_each[i].options.disabled = i == 1 ? 1 : 0;
+        of_each[i].options.user_data = 100 + i;
+    }
+    filters[3] = JOSTLE_OBJECT_FILTER_DEFAULTS;
+    of_each[0].options.count = n;
+    add(heap(n), &of_each[0].options);
+    update();
+    jostle_object_filter told[n];
+    double margins[n];
+    std::uint8_t enabled[n];
+    std::uint64_t data[n];
+    OK(jostle_world_filters(world, ids.data(), n, told, &error));
+    OK(jostle_world_margins(world, ids.data(), n, margins, &error));
+    OK(jostle_world_enabled(world, ids.data(), n, enabled, &error));
+    OK(jostle_world_user_data(world, ids.data(), n, data, &error));
+    for (std::size_t i = 0; i < n; ++i) {
+        EXPECT_EQ(std::memcmp(&told[i], &filters[i], sizeof told[i]), 0) << i;
+        EXPECT_EQ(margins[i], 0.25 + static_cast<double>(i));
+        EXPECT_EQ(enabled[i], i != 1);
+        EXPECT_EQ(data[i], 100 + i);
+    }
+
+    const std::vector<Aabb3f> more = heap(n);
+    const jostle_boxes all = view(more);
+    jostle_id none[n] = {};
+    const auto refused = [&](jostle_status status, const char* why) {
+        EXPECT_EQ(jostle_world_add(world, &all, &of_each[0].options, none, &error), status);
+        EXPECT_NE(std::strstr(error.message, why), nullptr) << error.message;
+        EXPECT_EQ(none[0], 0u);
+    };
+    of_each[0].options.count = n - 1;
+    refused(JOSTLE_SIZE_MISMATCH, "there are 5 boxes and 4 options: give none, one, or one for each");
+    of_each[0].options.count = n;
+    of_each[3].options.margin = -1;
+    refused(JOSTLE_INVALID_ARGUMENT, "margin");
+    of_each[3].options.margin = 0;
+    of_each[2].zero = 1;
+    refused(JOSTLE_INVALID_ARGUMENT, "doesn't know");
+    of_each[2].zero = 0;
+    of_each[0].options.struct_size = sizeof(Longer) - 4;
+    refused(JOSTLE_INVALID_ARGUMENT, "struct_size");
+    update();
+    std::uint64_t size = 0;
+    OK(jostle_world_size(world, &size, &error));
+    EXPECT_EQ(size, n);
+    of_each[0].options.struct_size = sizeof(Longer);
+    of_each[0].options.count = 1; // of all
+    add(more, &of_each[0].options);
+    update();
+    OK(jostle_world_margins(world, ids.data() + n, n, margins, &error));
+    EXPECT_EQ(std::vector<double>(margins, margins + n), std::vector<double>(n, 0.25));
+}
+
 // The neighbours of neighbours: the ids that are asked about lie in the results that are filled.
 TEST_F(CWorld, AsksAboutIdsInTheSameResults)
 {

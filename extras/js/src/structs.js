@@ -53,7 +53,7 @@ export const jostle_world_options = {
   sizeof: 48, struct_size: 0, common: 8, margin: 16, accept: 24, context: 28, layers: 32, layer_count: 40,
 };
 export const jostle_object_options = {
-  sizeof: 40, struct_size: 0, filter: 8, margin: 16, disabled: 24, user_data: 32,
+  sizeof: 48, struct_size: 0, filter: 8, margin: 16, disabled: 24, user_data: 32, count: 40,
 };
 export const jostle_id_pair = { sizeof: 16, a: 0, b: 8 };
 export const jostle_ended_pair = { sizeof: 24, a: 0, b: 8, reason: 16, reserved: 20 };

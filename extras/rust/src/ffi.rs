@@ -148,8 +148,8 @@ pub const JOSTLE_AUTOMATIC: jostle_response_form = 0;
 pub const JOSTLE_DENSE: jostle_response_form = 1;
 pub const JOSTLE_SPARSE: jostle_response_form = 2;
 
-/// Names an object of a world: the index in the low 32 bits, the generation in the high ones. 0 names
-/// nothing.
+/// Names an object of a world: the index in the low 32 bits, the generation in the high ones. Always less
+/// than 2^53, so that a double holds it exactly. 0 names nothing.
 pub type jostle_id = u64;
 
 /// where work runs
@@ -692,6 +692,8 @@ pub struct jostle_object_options {
     pub disabled: i32,
     /// the caller's own: see jostle_world_set_user_data
     pub user_data: u64,
+    /// more than 1: so many options lie here, one for each box, as far apart as ///\< struct_size says; the first one's count counts. 0 or 1: these are all boxes'
+    pub count: u64,
 }
 
 #[repr(C)]
@@ -1125,7 +1127,8 @@ extern "C" {
     /// Fails as every search would with these boxes, or does nothing. Cost: one pass.
     pub fn jostle_boxes_check(space: jostle_space, boxes: *const jostle_boxes, error: *mut jostle_error) -> jostle_status;
     /// An empty result, to be filled by a call and filled again by the next. What the functions below hand out is
-    /// valid until then. `options` may be NULL; its allocator alone counts.
+    /// valid until then. Its memory is used again: a call like the one before allocates nothing. `options` may be
+    /// NULL; its allocator alone counts.
     pub fn jostle_results_new(options: *const jostle_options, out: *mut *mut jostle_results, error: *mut jostle_error) -> jostle_status;
     pub fn jostle_results_free(results: *mut jostle_results, error: *mut jostle_error) -> jostle_status;
     /// The pairs or contacts of a result.

@@ -280,6 +280,7 @@ impl<T: Coordinate<D>, const D: usize> World<T, D> {
             margin: given.margin,
             disabled: given.disabled.into(),
             user_data: given.user_data,
+            count: 0,
         };
         let mut ids: Vec<Id> = Vec::with_capacity(boxes.len());
         call(|error| unsafe {
