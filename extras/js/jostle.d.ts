@@ -119,8 +119,8 @@ export type FloatArray = Float32Array | Float64Array;
 export type Floats = FloatArray | MemoryArray<FloatArray>;
 /** One uint32 for each object. */
 export type Integers = Uint32Array | MemoryArray<Uint32Array>;
-/** Ids of a world's objects. */
-export type Ids = BigUint64Array;
+/** Ids of a world's objects, as World.add() returns them. */
+export type Ids = Float64Array | readonly number[];
 
 declare global {
   // What a program may do without: TypeScript has it in its library "dom", and node's types have some of it.
@@ -486,20 +486,20 @@ export type Queries =
   | { posedShapes: Objects }
   | { nearestToShapes: Objects; count?: number; maxDistance?: number };
 
-/** Which objects a query is about. `Id` is number for an index, bigint for a world. */
-export interface QueryFilter<Id> {
+/** Which objects a query is about. */
+export interface QueryFilter {
   /** The asker, as an object of a filter. */
   asker?: { category?: number; mask?: number; owner?: number };
   /** An object that doesn't count. */
-  exclude?: Id;
-  accept?: (query: number, id: Id) => boolean;
+  exclude?: number;
+  accept?: (query: number, id: number) => boolean;
   /**
    * Shape and pose of each object, by id, of a world by the low 32 bits of the id: then the query is about
    * the shapes in the boxes.
    */
   objects?: Objects;
 }
-export interface IndexQueryFilter extends QueryFilter<number> {
+export interface IndexQueryFilter extends QueryFilter {
   /** One uint32 by id. They count where `asker` is given. */
   category?: Integers;
   mask?: Integers;
@@ -507,9 +507,9 @@ export interface IndexQueryFilter extends QueryFilter<number> {
 }
 
 /** One answer for each query. */
-export interface Hits<IdArray> {
-  /** Of an index Float64Array, -1 where there is none; of a world BigUint64Array, 0n where there is none. */
-  readonly ids: IdArray;
+export interface Hits {
+  /** Where there is none, of an index -1, of a world 0. */
+  readonly ids: Float64Array;
   /**
    * The least fraction at which the box or shape is touched; the squared distance of the nearest boxes, the
    * distance of the nearest shapes; infinite where there is none.
@@ -534,12 +534,9 @@ export interface Answers<IdArray> {
 }
 
 /** What an index and a world answer alike. */
-export interface Verbs<Id, IdArray, F> {
+export interface Verbs<IdArray, F> {
   /** The first object along each ray or sweep, or the nearest. Of shapes it has their details as well. */
-  first(
-    queries: Queries,
-    filter?: F,
-  ): Hits<IdArray extends Uint32Array ? Float64Array : IdArray> & Partial<CastHits & Distances>;
+  first(queries: Queries, filter?: F): Hits & Partial<CastHits & Distances>;
   /**
    * All answers, or no more than maxResults to each: rays, sweeps, nearest ascending by (at, id), others by
    * id.
@@ -550,7 +547,7 @@ export interface Verbs<Id, IdArray, F> {
    * ascending by (at, id). False stops; a number says that nothing further than that is wanted. Returns
    * whether all answers were handed over.
    */
-  visit(query: Queries, visit: (id: Id, at: number) => boolean | number | void, filter?: F): boolean;
+  visit(query: Queries, visit: (id: number, at: number) => boolean | number | void, filter?: F): boolean;
   /** Whether there is any: 1 or 0. Not for the nearest. */
   any(queries: Queries, filter?: F): Uint8Array;
   /** How many there are. Not for the nearest. */
@@ -565,7 +562,7 @@ export interface IndexOptions {
 /**
  * Boxes that stay, and queries about them. An id is a number of the caller's own; by default the position.
  */
-export interface BoxIndex extends Disposable, Verbs<number, Uint32Array, IndexQueryFilter> {
+export interface BoxIndex extends Disposable, Verbs<Uint32Array, IndexQueryFilter> {
   readonly dim: Dimension;
   readonly type: NumberType;
   readonly size: number;
@@ -605,7 +602,7 @@ export interface WorldOptions {
    */
   layers?: { category?: number; mask?: number }[];
   /** Asked once for each pair that would begin. */
-  accept?: (a: bigint, b: bigint) => boolean;
+  accept?: (a: number, b: number) => boolean;
 }
 
 export interface ObjectFilter {
@@ -626,7 +623,7 @@ export interface AddOptions extends ObjectFilter {
 
 export interface EndedPairs {
   /** a0, b0, a1, b1, ... as ids. */
-  readonly pairs: BigUint64Array;
+  readonly pairs: Float64Array;
   /** Why: see `endReasons`. */
   readonly reasons: Uint8Array;
 }
@@ -663,10 +660,10 @@ export interface WorldStats {
 
 /**
  * Objects that live, move and rest, and the pairs between them. Commands take effect in the next update.
- * An id is a 64-bit number: its low 32 bits are a small index, good for arrays (`jostle.indexOf(ids)`).
- * Objects at rest cost nothing.
+ * An id is a whole number below 2^53, and no object's is 0. Its low 32 bits are a small index, good for
+ * arrays (`jostle.indexOf(ids)`). Objects at rest cost nothing.
  */
-export interface World extends Disposable, Verbs<bigint, BigUint64Array, QueryFilter<bigint>> {
+export interface World extends Disposable, Verbs<Float64Array, QueryFilter> {
   readonly dim: Dimension;
   readonly type: NumberType;
   readonly size: number;
@@ -674,7 +671,7 @@ export interface World extends Disposable, Verbs<bigint, BigUint64Array, QueryFi
   readonly indexEnd: number;
 
   /** As many new objects as boxes; their ids are good at once. */
-  add(boxes: Floats, options?: AddOptions): BigUint64Array;
+  add(boxes: Floats, options?: AddOptions): Float64Array;
   /** Removes these objects, or none of them if one doesn't exist. */
   remove(ids: Ids): void;
   /**
@@ -704,7 +701,7 @@ export interface World extends Disposable, Verbs<bigint, BigUint64Array, QueryFi
   apply(): void;
 
   /** Pairs that touch now and didn't before: ids a0, b0, a1, b1, ... ascending by index. */
-  began(): BigUint64Array;
+  began(): Float64Array;
   /** Pairs that touched before and don't now, and why. */
   ended(): EndedPairs;
   /** Pairs that touched before and still do, and of which one object changed: by index. */
@@ -714,13 +711,13 @@ export interface World extends Disposable, Verbs<bigint, BigUint64Array, QueryFi
   /** All pairs that touch, by index. Costs as much as finding them anew. */
   pairs(): Uint32Array;
   /** Who each of these objects touches, ascending by index. */
-  touching(ids: Ids): Answers<BigUint64Array>;
+  touching(ids: Ids): Answers<Float64Array>;
   /** All pairs of one of `boxes` and an object that it touches: position in `boxes`, the object's index. */
-  join(boxes: Floats, filter?: QueryFilter<bigint>): Uint32Array;
+  join(boxes: Floats, filter?: QueryFilter): Uint32Array;
 
   contains(ids: Ids): Uint8Array;
-  /** The ids of these indices, 0n where there is none; without indices those of all objects. */
-  ids(indices?: Integers): BigUint64Array;
+  /** The ids of these indices, 0 where there is none; without indices those of all objects. */
+  ids(indices?: Integers): Float64Array;
   /** As they were given, and as they are compared. */
   boxes(ids: Ids): FloatArray;
   bounds(ids: Ids): FloatArray;
@@ -751,7 +748,7 @@ export interface World extends Disposable, Verbs<bigint, BigUint64Array, QueryFi
  */
 export interface PairSlots extends Disposable {
   /** What a world's began() and ended() tell, after every update. */
-  update(began: BigUint64Array, ended: EndedPairs): void;
+  update(began: Ids, ended: EndedPairs): void;
   /** The slot of each pair that began in the last update, and the one that each pair that ended had. */
   beganSlots(): Uint32Array;
   endedSlots(): Uint32Array;

@@ -26,8 +26,8 @@
 JOSTLE_NAMESPACE_BEGIN
 
 /// Names an object of a World for as long as it lives. `index` is small and dense, good for indexing the
-/// user's own arrays; it is used again for another object after this one's removal, `generation` isn't. Ids
-/// of two worlds may be equal and are not told apart: keep ids with their world.
+/// user's own arrays; it is used again for another object after this one's removal, `generation` isn't, which
+/// is less than 2^21. Ids of two worlds may be equal and are not told apart: keep ids with their world.
 struct ObjectId
 {
     std::uint32_t index = ~std::uint32_t{0};

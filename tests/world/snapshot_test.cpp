@@ -320,6 +320,43 @@ TEST(Snapshot, ListsThatLieAreRefused)
     });
 }
 
+TEST(Snapshot, AnIndexIsRetiredWhereItsIdsWouldHave54Bits)
+{
+    constexpr jostle::Aabb3f box{{0, 0, 0}, {1, 1, 1}};
+    constexpr std::uint32_t last = (1u << 21) - 1;
+    jostle::World3f world;
+    const ObjectId a = world.add(box);
+    world.update();
+    world.remove(a);
+    world.update();
+    Bytes bytes = world.save();
+    const std::size_t free = bytes.size() - 8 - 8 - 8; // one, and neither an active object nor a refused pair
+    const auto with_generation = [&](Bytes of, std::size_t at, std::uint32_t generation) {
+        write(of, at, generation);
+        seal(of);
+        return of;
+    };
+    world.restore(with_generation(bytes, free + 4, last));
+    const ObjectId oldest = world.add(box);
+    EXPECT_EQ(oldest, (ObjectId{0, last}));
+    world.update();
+    const Bytes with_oldest = world.save();
+    world.remove(oldest);
+    world.update();
+    EXPECT_EQ(world.add(box), (ObjectId{1, 1}));
+    world.update();
+    const Bytes retired = world.save();
+    world.restore(retired);
+    EXPECT_EQ(world.add(box), (ObjectId{2, 1}));
+
+    EXPECT_EQ(error_of_restoring(world, with_generation(bytes, free + 4, last + 1)), ErrorCode::bad_snapshot);
+    // Behind the header, the margin and the number of indices.
+    const std::size_t record = 48 + 4 + 8;
+    EXPECT_EQ(with_generation(with_oldest, record, last), with_oldest);
+    EXPECT_EQ(error_of_restoring(world, with_generation(with_oldest, record, last + 1)),
+              ErrorCode::bad_snapshot);
+}
+
 TEST(Snapshot, WhoeverKnowsTheChecksumDoesNoHarmEither)
 {
     const Bytes good = small_snapshot();

@@ -11,13 +11,13 @@ const FUNCTIONS = {
   any: "jostle_index_any",
   count: "jostle_index_count",
 };
-const NONE = 2n ** 64n - 1n;
+const NONE = 2 ** 64; // what core.numbers makes of C's 2^64 - 1
 
 function narrow_one(ids) {
-  return Float64Array.from(ids, (id) => (id === NONE ? -1 : Number(id)));
+  return ids.map((id) => (id === NONE ? -1 : id));
 }
 function narrow(ids) {
-  return Uint32Array.from(ids, Number);
+  return Uint32Array.from(ids);
 }
 
 /** Boxes that stay, and queries about them: see jostle.d.ts. */
@@ -36,7 +36,6 @@ export class BoxIndex extends Owned {
     this.type = type;
     this.#asked = new Asked(this, FUNCTIONS, dim, type, {
       ids: narrow,
-      id: Number,
       one: narrow_one,
       none: NONE,
     });

@@ -214,9 +214,11 @@ export class Core {
   view(type, pointer, length) {
     return new ARRAYS[type](this.memory.buffer, pointer, length);
   }
-  /** 64-bit numbers as a new array. */
-  wide(pointer, length) {
-    return new BigUint64Array(this.memory.buffer, pointer, length).slice();
+  /** Numbers of 64 bits, `step` bytes apart, as a new array: exact up to 2^53, and so are all ids. */
+  numbers(pointer, length, step = 8) {
+    const words = this.view("uint32", pointer, (step / 4) * length), all = new Float64Array(length);
+    for (let i = 0, at = 0; i < length; ++i, at += step / 4) all[i] = words[at] + 2 ** 32 * words[at + 1];
+    return all;
   }
   u32(pointer) {
     return this.data.getUint32(pointer, true);
@@ -331,10 +333,10 @@ export class Core {
       takePairs: (number, pairs, count) =>
         guarded(() => (at_once(of(number)(this.view("uint32", pairs >>> 0, 2 * count))) === false ? 0 : 1)),
       acceptAnswer: (number, query, id) =>
-        guarded(() => truth(of(number)(query >>> 0, BigInt.asUintN(64, id)))),
+        guarded(() => truth(of(number)(query >>> 0, Number(id)))),
       visitAnswer: (number, id, at, bound) =>
         guarded(() => {
-          const said = at_once(of(number)(BigInt.asUintN(64, id), at));
+          const said = at_once(of(number)(Number(id), at));
           if (Number.isNaN(said)) refuse("visit returned NaN: it must be a distance, true or false");
           // Regions have no order, and so no bound.
           if (typeof said === "number" && bound !== 0)
@@ -342,7 +344,7 @@ export class Core {
           return said === false ? 0 : 1;
         }),
       acceptObjects: (number, a, b) =>
-        guarded(() => truth(of(number)(BigInt.asUintN(64, a), BigInt.asUintN(64, b)))),
+        guarded(() => truth(of(number)(Number(a), Number(b)))),
     };
   }
   /**
@@ -390,7 +392,18 @@ export class Core {
   integers(given, what) {
     return this.place(given, what, ["uint32"]);
   }
+  /** Ids of a world's objects, or other whole numbers, as C's of 64 bits. */
   ids(given, what = "ids") {
+    const count = wanted_ids(given, what).length, pointer = this.scratch.take(8 * count);
+    const words = this.view("uint32", pointer, 2 * count);
+    for (let i = 0; i < count; ++i) {
+      words[2 * i] = given[i]; // the lower 32 bits
+      words[2 * i + 1] = given[i] / 2 ** 32;
+    }
+    return { pointer, count };
+  }
+  /** All 64 bits of a caller's own numbers. */
+  wide(given, what) {
     if (!(given instanceof BigUint64Array))
       refuse(`${what} is ${describe(given)}: it must be a BigUint64Array`);
     refuse_detached(given, what);
@@ -525,18 +538,17 @@ export class Core {
     const pointer = this.u32(out);
     return this.bytes.slice(pointer, pointer + this.u64(out + 8));
   }
-  /** The lists of a result, ids as 64-bit numbers; `at` where answers have an order. */
+  /** The lists of a result; `at` where answers have an order. */
   lists_of_results(results, ordered) {
     const lists = this.scratch.take(C.jostle_lists.sizeof);
     this.call("jostle_results_lists", results, lists);
     const queries = this.u64(lists + C.jostle_lists.queries),
       count = this.u64(lists + C.jostle_lists.count);
-    const wide = (member, length) =>
-      new BigUint64Array(this.memory.buffer, this.u32(lists + C.jostle_lists[member]), length);
+    const numbers = (member, length) => this.numbers(this.u32(lists + C.jostle_lists[member]), length);
     const at = this.u32(lists + C.jostle_lists.at), more = this.u32(lists + C.jostle_lists.more);
     return {
-      first: Float64Array.from(wide("first", queries + 1), Number),
-      ids: count === 0 ? new BigUint64Array(0) : wide("ids", count).slice(),
+      first: numbers("first", queries + 1),
+      ids: numbers("ids", count),
       at: ordered ? this.view("float64", at, count).slice() : undefined,
       more: more === 0 ? new Uint8Array(queries) : this.bytes.slice(more, more + queries),
     };
@@ -624,6 +636,21 @@ export function numbers(given, what, least, most = least) {
       "size_mismatch",
     );
   return Float64Array.from({ length }, (_, i) => number(given[i], `${what}[${i}]`));
+}
+
+/** Whole numbers of the caller's, such as ids of a world's objects. */
+export function wanted_ids(given, what = "ids") {
+  if (!(given instanceof Float64Array) && !Array.isArray(given))
+    refuse(`${what} is ${describe(given)}: it must be a Float64Array or an array of numbers`);
+  refuse_detached(given, what);
+  for (let i = 0; i < given.length; ++i)
+    if (!Number.isSafeInteger(given[i]) || given[i] < 0)
+      refuse(
+        `${what}[${i}] is ${describe(given[i])}: it must be a whole number from 0 to 2^53 - 1`,
+        "invalid_argument",
+        i,
+      );
+  return given;
 }
 
 /** A count or a number of the caller's that must be whole. */

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 import { BoxIndex } from "./box_index.js";
 import { ContactFinder } from "./contacts.js";
-import { MemoryArray, describe, refuse_detached, whole } from "./core.js";
+import { MemoryArray, describe, wanted_ids, whole } from "./core.js";
 import { refuse } from "./error.js";
 import { NeighborFinder, neighbors } from "./neighbors.js";
 import { PairFinder, bricks, check_boxes, checksum, find_periodic_pairs } from "./pairs.js";
@@ -99,12 +99,7 @@ export class Module {
     return bounds(this.#core, objects, options);
   }
   indexOf(ids) {
-    if (!(ids instanceof BigUint64Array)) refuse(`ids is ${describe(ids)}: it must be a BigUint64Array`);
-    refuse_detached(ids, "ids");
-    const halves = new Uint32Array(ids.buffer, ids.byteOffset, 2 * ids.length);
-    const indices = new Uint32Array(ids.length);
-    for (let i = 0; i < indices.length; ++i) indices[i] = halves[2 * i];
-    return indices;
+    return Uint32Array.from(wanted_ids(ids)); // which keeps the lower 32 bits
   }
 }
 if (Symbol.dispose)

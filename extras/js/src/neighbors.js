@@ -114,7 +114,7 @@ function place_query(core, points, cutoff, options, dim, type, skin) {
     if (places.length === 0)
       refuse("offsets has no numbers: it must have one more than there are systems", "size_mismatch");
     systems = places.length - 1;
-    set("offsets", core.ids(BigUint64Array.from(places, BigInt), "offsets").pointer);
+    set("offsets", core.ids(places, "offsets").pointer);
     set_count("system_count", systems);
   }
 

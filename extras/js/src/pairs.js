@@ -278,7 +278,7 @@ export class PairFinder extends Owned {
       const places = Array.from(array_like(offsets, "offsets"), (each, i) => whole(each, `offsets[${i}]`));
       if (places.length === 0)
         refuse("offsets has no numbers: it must have one more than there are scenes", "size_mismatch");
-      const table = core.ids(BigUint64Array.from(places, BigInt), "offsets");
+      const table = core.ids(places, "offsets");
       const { filter, forget } = filter_of(
         core,
         options,

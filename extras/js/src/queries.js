@@ -150,9 +150,7 @@ export function query_filter(core, options, accept) {
   }
   if (exclude !== undefined) {
     const at = core.scratch.take(8);
-    if (typeof exclude !== "bigint") whole(exclude, "exclude");
-    else if (BigInt.asUintN(64, exclude) !== exclude) refuse(`exclude is ${exclude}: it must be an id`);
-    core.data.setBigUint64(at, BigInt(exclude), true);
+    core.data.setBigUint64(at, BigInt(whole(exclude, "exclude", 0, Number.MAX_SAFE_INTEGER)), true);
     core.data.setUint32(filter + C.jostle_query_filter.exclude, at, true);
   }
   if (accept !== undefined) {
@@ -168,13 +166,12 @@ export function query_filter(core, options, accept) {
 
 /** What an index and a world answer alike: `names` are the functions' that do so. */
 export class Asked {
-  constructor(owner, names, dim, type, { ids, id, one, none }) {
+  constructor(owner, names, dim, type, { ids, one, none }) {
     this.owner = owner; // the index or world
     this.names = names;
     this.dim = dim;
     this.type = type;
-    this.narrow = ids; // from 64-bit ids to those that the caller sees
-    this.id = id; // the same of one
+    this.narrow = ids; // from ids as core.numbers gives them to those that the caller sees
     this.one = one; // the same where there may be none
     this.none = none; // the id of no answer
   }
@@ -196,7 +193,7 @@ export class Asked {
       let first = 0;
       if (accept !== undefined && typeof accept !== "function")
         refuse(`accept is ${describe(accept)}: it must be a function`);
-      const number = accept && core.remember((query, id) => accept(first + query, this.id(id)));
+      const number = accept && core.remember((query, id) => accept(first + query, id));
       try {
         const filter = query_filter(core, options, number);
         if (accept === undefined || core.threads === 1 || queries.count === 0)
@@ -227,10 +224,9 @@ export class Asked {
       const details = this.#details(name, objects);
       const room = details === undefined ? 0 : core.scratch.take(count * details.size);
       core.call(this.names.first, this.owner.pointer, at, objects, filter, hits, room);
-      const ids = new BigUint64Array(count), where = new Float64Array(count);
-      const data = core.data;
+      const ids = core.numbers(hits + C.jostle_hit.id, count, C.jostle_hit.sizeof);
+      const where = new Float64Array(count), data = core.data;
       for (let i = 0; i < count; ++i) {
-        ids[i] = data.getBigUint64(hits + i * C.jostle_hit.sizeof + C.jostle_hit.id, true);
         where[i] =
           ids[i] === this.none
             ? Infinity
@@ -271,7 +267,7 @@ export class Asked {
     for (const part of parts) first.push(first.at(-1) + part.first[1]);
     return new Answers(
       Float64Array.from(first),
-      this.narrow(joined_members(BigUint64Array, parts, "ids")),
+      this.narrow(joined_members(Float64Array, parts, "ids")),
       parts[0].at === undefined ? undefined : joined_members(Float64Array, parts, "at"),
       joined_members(Uint8Array, parts, "more"),
       parts[0].details && joined_objects(parts.map((part) => part.details)),
@@ -283,7 +279,7 @@ export class Asked {
     if (typeof visit !== "function") refuse(`visit is ${describe(visit)}: it must be a function`);
     const [finished] = this.ask("visit", given, options, ({ at, none }, objects, filter) => {
       if (none) return true;
-      const number = core.remember((id, where) => visit(this.id(id), where));
+      const number = core.remember(visit);
       try {
         const out = core.scratch.take(4);
         const visitor = core.module._jostle_js_visit_answer_pointer();
@@ -310,7 +306,7 @@ export class Asked {
     return joined(Float64Array, this.ask("count", given, options, ({ at, count }, objects, filter) => {
       const counts = core.scratch.take(8 * count);
       core.call(this.names.count, this.owner.pointer, at, objects, filter, counts);
-      return Float64Array.from(new BigUint64Array(core.memory.buffer, counts, count), Number);
+      return core.numbers(counts, count);
     }));
   }
 }

@@ -47,7 +47,7 @@ export class World extends Owned {
     this.type = type;
     this.#accept = accept;
     this.#function = asked;
-    this.#asked = new Asked(this, FUNCTIONS, dim, type, { ids: same, id: same, one: same, none: 0n });
+    this.#asked = new Asked(this, FUNCTIONS, dim, type, { ids: same, one: same, none: 0 });
   }
 
   dispose() {
@@ -87,7 +87,7 @@ export class World extends Owned {
       core.with_values([rows], this.dim, () =>
         core.call("jostle_world_add", this.pointer, core.boxes(rows, this.dim), made, ids),
       );
-      return core.wide(ids, rows.count);
+      return core.numbers(ids, rows.count);
     });
   }
   remove(ids) {
@@ -196,7 +196,7 @@ export class World extends Owned {
   }
   setUserData(ids, data) {
     this.core.within(() => {
-      const of = this.core.ids(ids), values = this.core.ids(data, "data");
+      const of = this.core.ids(ids), values = this.core.wide(data, "data");
       if (of.count !== values.count)
         refuse(`there are ${of.count} ids and ${values.count} values`, "size_mismatch");
       this.core.call(
@@ -212,7 +212,7 @@ export class World extends Owned {
     return this.core.within(() => {
       const of = this.core.ids(ids), out = this.core.scratch.take(8 * of.count);
       this.core.call("jostle_world_user_data", this.pointer, of.pointer, BigInt(of.count), out);
-      return this.core.wide(out, of.count);
+      return new BigUint64Array(this.core.memory.buffer, out, of.count).slice();
     });
   }
   reportAgain(ids, others) {
@@ -255,16 +255,15 @@ export class World extends Owned {
   }
   began() {
     const [pointer, count] = this.#list("jostle_world_began");
-    return this.core.wide(pointer, 2 * count);
+    return this.core.numbers(pointer, 2 * count);
   }
   ended() {
     const [pointer, count] = this.#list("jostle_world_ended");
-    const pairs = new BigUint64Array(2 * count), reasons = new Uint8Array(count);
-    const rows = new BigUint64Array(this.core.memory.buffer, pointer, 3 * count); // a, b, reason
+    const pairs = new Float64Array(2 * count), reasons = new Uint8Array(count);
+    const rows = this.core.numbers(pointer, 3 * count); // a, b, reason
     for (let i = 0; i < count; ++i) {
-      pairs[2 * i] = rows[3 * i];
-      pairs[2 * i + 1] = rows[3 * i + 1];
-      reasons[i] = Number(rows[3 * i + 2] & 0xffffffffn);
+      pairs.set(rows.subarray(3 * i, 3 * i + 2), 2 * i);
+      reasons[i] = rows[3 * i + 2];
     }
     return { pairs, reasons };
   }
@@ -375,9 +374,9 @@ export class World extends Owned {
     const found = core.within(() => {
       const of = core.integers(given, "indices"), out = core.scratch.take(8 * of.length);
       core.call("jostle_world_ids", this.pointer, of.pointer, BigInt(of.length), out);
-      return core.wide(out, of.length);
+      return core.numbers(out, of.length);
     });
-    return indices === undefined ? found.filter((id) => id !== 0n) : found;
+    return indices === undefined ? found.filter((id) => id !== 0) : found;
   }
   #boxes(name, ids) {
     return this.core.within(() => {

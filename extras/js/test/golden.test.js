@@ -36,8 +36,8 @@ function hash_of_events(jostle, name) {
   const hash = new Hash();
   const world = new jostle.World({ dim: 3 });
   const scene = jostle.scene(name, 300);
-  const ids = new BigUint64Array(300);
-  const index = (id) => Number(id & 0xffffffffn), generation = (id) => Number(id >> 32n);
+  const ids = new Float64Array(300);
+  const index = (id) => id % 2 ** 32, generation = (id) => Math.floor(id / 2 ** 32);
   for (let frame = 0; frame < 12; ++frame) {
     const boxes = scene.boxes.view.slice();
     const there = (i) => world.contains(ids.subarray(i, i + 1))[0] === 1;

@@ -169,13 +169,19 @@ test("worlds, indexes and contacts", async () => {
   const world = new jostle.World({ dim: 3 });
   const ids = world.add(good);
   world.update();
-  const stale = BigUint64Array.of(ids[0], 12345n);
+  const stale = Float64Array.of(ids[0], 12345);
   refuses(() => world.move(stale, good), /12345/, { status: "stale_id", index: 12345 });
   refuses(() => world.remove(stale), /12345/, { status: "stale_id", index: 12345 });
   refuses(() => world.move(ids, good.subarray(6)), /there are 2 ids and 1 boxes/, {
     status: "size_mismatch",
   });
-  refuses(() => world.move([1n], good), /ids is a Array: it must be a BigUint64Array/);
+  refuses(() => world.remove(BigUint64Array.of(1n)), /ids is a BigUint64Array: it must be a Float64Array/);
+  for (const wrong of [1n, -1, 0.5, NaN, 2 ** 53, "1", undefined])
+    for (const call of [(of) => world.remove(of), (of) => jostle.indexOf(of)])
+      refuses(() => call([ids[0], wrong]), /ids\[1\] is .*: it must be a whole number from 0 to 2\^53 - 1/, {
+        status: "invalid_argument",
+        index: 1,
+      });
   refuses(() => world.add(Float64Array.from(good)), /boxes is a Float64Array: it must be Float32Array/);
   refuses(() => world.add(good, { category: -1 }), /category is -1/);
   refuses(() => world.add(good, { category: 2 ** 32 }), /category is 4294967296: .* from 0 to 4294967295/);
@@ -526,8 +532,8 @@ for (const [kind, loaded] of Object.entries(modules)) {
         refuses(() => asked.any({ boxes: good }, { asker: options }), /^the options of asker are /);
       }
     }
-    for (const exclude of [-1n, 2n ** 64n])
-      refuses(() => world.any({ boxes: good }, { exclude }), /^exclude is .*: it must be an id/);
+    for (const exclude of [-1, 2 ** 53, 1n])
+      refuses(() => world.any({ boxes: good }, { exclude }), /^exclude is .*: it must be a whole number/);
 
     // What isn't done isn't ignored either.
     const enemies = undefined;

@@ -36,13 +36,14 @@ async function game(): Promise<void> {
   const ms: number = finder.stats.msSweep + finder.stats.msTotal;
 
   const world: World = new jostle.World({ dim: 3, margin: 0.1, accept: (a, b) => a < b });
-  const ids: BigUint64Array = world.add(boxes, { category: 2, enabled: true });
+  const ids: Float64Array = world.add(boxes, { category: 2, enabled: true });
   world.move(ids, boxes, { displacements: new Float32Array(3000) });
+  world.remove([ids[0]]);
   world.update();
-  const began: BigUint64Array = world.began();
+  const began: Float64Array = world.began();
   const reason: string = endReasons[world.ended().reasons[0]];
   const hits = world.first(rays(new Float32Array(3), new Float32Array(3), { dim: 3 }), { exclude: ids[0] });
-  const id: bigint = hits.ids[0];
+  const id: number = hits.ids[0];
 
   const index = new jostle.BoxIndex({ dim: 3, type: "float64" });
   const near: Answers<Uint32Array> = index.all(
@@ -119,8 +120,9 @@ async function mistakes(jostle: Jostle): Promise<void> {
   jostle.findPairs(new Float32Array(4), {});
   // @ts-expect-error: there is no fourth dimension
   jostle.findPairs(new Float32Array(4), { dim: 4 });
-  // @ts-expect-error: ids are 64-bit numbers
   new jostle.World({ dim: 2 }).remove([1, 2]);
+  // @ts-expect-error: ids are plain numbers
+  new jostle.World({ dim: 2 }).remove(BigUint64Array.of(1n));
   // @ts-expect-error: a query of no kind
   new jostle.BoxIndex({ dim: 2 }).any({ circles: new Float32Array(3) });
   // @ts-expect-error: pairs that are handed over as they are found aren't sorted

@@ -8,10 +8,9 @@ import { modules, random, random_boxes, slow_pairs } from "./help.js";
 const pairs_of = (numbers) => {
   const pairs = [];
   for (let i = 0; i < numbers.length; i += 2)
-    pairs.push(`${Number(numbers[i] & 0xffffffffn)} ${Number(numbers[i + 1] & 0xffffffffn)}`);
+    pairs.push(`${numbers[i] % 2 ** 32} ${numbers[i + 1] % 2 ** 32}`);
   return pairs;
 };
-const wide = (numbers) => BigUint64Array.from(numbers, BigInt);
 
 for (const [kind, loaded] of Object.entries(modules)) {
   test(`events are what changes from one frame's pairs to the next: ${kind}`, async () => {
@@ -35,14 +34,14 @@ for (const [kind, loaded] of Object.entries(modules)) {
           boxes = Array.from(boxes, (bound) => (bound === 0 ? 0 : bound));
           const part = new Array(2 * dim * moved.length);
           moved.forEach((i, k) => part.set(boxes.subarray(2 * dim * i, 2 * dim * (i + 1)), 2 * dim * k));
-          const of = BigUint64Array.from(moved, (i) => ids[i]);
+          const of = Float64Array.from(moved, (i) => ids[i]);
           if (frame % 2 === 0) world.update(of, part);
           else {
             world.move(of, part);
             world.update();
           }
         } else world.update();
-        const now = new Set(pairs_of(wide(slow_pairs(boxes, dim))));
+        const now = new Set(pairs_of(slow_pairs(boxes, dim)));
         const began = pairs_of(world.began()), ended = world.ended();
         assert.deepEqual(new Set(began), new Set([...now].filter((pair) => !before.has(pair))));
         assert.deepEqual(
@@ -50,8 +49,8 @@ for (const [kind, loaded] of Object.entries(modules)) {
           new Set([...before].filter((pair) => !now.has(pair))),
         );
         assert.ok([...ended.reasons].every((reason) => endReasons[reason] === "moved_apart"));
-        assert.deepEqual(new Set(pairs_of(wide(world.pairs()))), now);
-        assert.ok(pairs_of(wide(world.persisted())).every((pair) => before.has(pair) && now.has(pair)));
+        assert.deepEqual(new Set(pairs_of(world.pairs())), now);
+        assert.ok(pairs_of(world.persisted()).every((pair) => before.has(pair) && now.has(pair)));
         assert.equal(world.changedPairs().length, world.persisted().length + 2 * began.length);
         before = now;
       }
@@ -66,7 +65,7 @@ for (const [kind, loaded] of Object.entries(modules)) {
       category: 2,
       mask: 6,
     });
-    const of = (...ids) => BigUint64Array.from(ids);
+    const of = (...ids) => Float64Array.from(ids);
     world.update();
     assert.deepEqual([...world.began()], [a, b]); // 0.4 apart, and each a quarter wider
     assert.equal(world.size, 3);
@@ -79,7 +78,7 @@ for (const [kind, loaded] of Object.entries(modules)) {
     assert.deepEqual(world.filters(of(a)), [{ category: 2, mask: 6, owner: 0xffffffff, isStatic: false }]);
     assert.deepEqual([...world.margins(of(a))], [0.25]);
     assert.deepEqual([...world.touching(of(a, c)).of(0)], [b]);
-    world.setUserData(of(a, b), of(7n, 2n ** 64n - 1n));
+    world.setUserData(of(a, b), BigUint64Array.of(7n, 2n ** 64n - 1n));
     assert.deepEqual([...world.userData(of(b, a))], [2n ** 64n - 1n, 7n]);
 
     world.setEnabled(of(b), false);
@@ -147,12 +146,12 @@ test("accept decides, forks ask it as well, and what it throws comes out of the 
   for (const loaded of Object.values(modules)) {
     const jostle = await loaded();
     const asked = [];
-    const world = new jostle.World({ dim: 2, accept: (a, b) => (asked.push([a, b]), b !== 2n) });
+    const world = new jostle.World({ dim: 2, accept: (a, b) => (asked.push([a, b]), b % 2 ** 32 !== 2) });
     const boxes = new Float32Array([0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1]);
     const fork = world.fork();
     world.dispose(); // the fork still asks
     const ids = fork.add(boxes);
-    const two = (pair) => pair.map((id) => Number(id & 0xffffffffn));
+    const two = (pair) => pair.map((id) => id % 2 ** 32);
     fork.update();
     assert.deepEqual(asked.map(two), [[0, 1], [0, 2], [1, 2]]);
     fork.dispose();
@@ -169,7 +168,7 @@ test("what some objects are told is theirs alone", async () => {
     const jostle = await loaded();
     const world = new jostle.World({ dim: 2 });
     const slots = new jostle.PairSlots(), other = new jostle.PairSlots();
-    const of = (...ids) => BigUint64Array.from(ids);
+    const of = (...ids) => Float64Array.from(ids);
     assert.equal(world.boundsOfAll(), undefined);
     const [a, b, c] = world.add(new Float32Array([0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1]));
     const [d] = world.add(new Float32Array([0, 0, 1, 1]), { enabled: false, isStatic: true });
@@ -201,7 +200,7 @@ test("what some objects are told is theirs alone", async () => {
     world.remove(of(a));
     world.update();
     assert.deepEqual([...world.ids()], [b, c, d]);
-    assert.deepEqual([...world.ids(Uint32Array.of(0, 1))], [0n, b]);
+    assert.deepEqual([...world.ids(Uint32Array.of(0, 1))], [0, b]);
     world.dispose();
   }
 });

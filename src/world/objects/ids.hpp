@@ -19,6 +19,15 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
+/// So an id as a number, generation above index, has at most 53 bits: a double holds it exactly, and doubles
+/// are all the numbers of JavaScript and others.
+inline constexpr std::uint32_t last_generation = (1U << 21) - 1;
+/// Whether an object can have it.
+constexpr bool is_generation(std::uint32_t generation) noexcept
+{
+    return generation != 0 && generation <= last_generation;
+}
+
 /// Hands out ids and knows which are valid. Any thread may call everything at any time; looking up an id
 /// takes no lock, because the table grows by segments that never move.
 class IdTable
@@ -59,8 +68,7 @@ class IdTable
         const std::lock_guard lock(mutex_);
         at(id.index).store(0, std::memory_order_release);
         // An index whose generations are used up is retired.
-        if (id.generation != std::numeric_limits<std::uint32_t>::max())
-            free_.push_back({id.index, id.generation + 1});
+        if (id.generation != last_generation) free_.push_back({id.index, id.generation + 1});
     }
 
     /// Of the object with this index, also of one still to be added; 0 if there is none.

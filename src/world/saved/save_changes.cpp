@@ -216,7 +216,8 @@ void Return<Dim, T>::read_free()
     work_.free.clear();
     for (std::uint64_t k = 0; k < count; ++k) {
         const auto index = in_.get<std::uint32_t>(), generation = in_.get<std::uint32_t>();
-        in_.demand(index < end_ && generation != 0 && !work_.is_free[index] && place(index) == Place::none,
+        in_.demand(index < end_ && is_generation(generation) && !work_.is_free[index] &&
+                       place(index) == Place::none,
                    "an index is listed as free that isn't, or twice");
         work_.is_free[index] = true;
         work_.free.push_back({index, generation});

@@ -50,8 +50,8 @@ std::vector<IdTable::Free> read_free_ids(SnapshotReader& in, std::span<const std
     for (IdTable::Free& each : free) {
         each.index = in.get<std::uint32_t>();
         each.generation = in.get<std::uint32_t>();
-        in.demand(each.index < generations.size() && generations[each.index] == 0 && each.generation != 0 &&
-                      !is_free[each.index],
+        in.demand(each.index < generations.size() && generations[each.index] == 0 &&
+                      is_generation(each.generation) && !is_free[each.index],
                   "an index is listed as free that isn't, or twice");
         is_free[each.index] = true;
     }

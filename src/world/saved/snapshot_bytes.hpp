@@ -16,6 +16,7 @@
 #include "base/box.hpp"
 #include "jostle/error.hpp"
 #include "world/kept/records.hpp"
+#include "world/objects/ids.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
@@ -279,6 +280,7 @@ Record<Dim, T> read_record(SnapshotReader& in)
     Record<Dim, T> record;
     record.generation = in.get<std::uint32_t>();
     if (record.generation == 0) return record;
+    in.demand(is_generation(record.generation), "an object has a generation that none can have");
     auto bits = in.get<std::uint32_t>();
     record.state = state_of(bits);
     if ((bits & saved::has_data) != 0) {
