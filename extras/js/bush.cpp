@@ -80,8 +80,16 @@ class Bush
     void search(const Rectangle& rectangle)
     {
         apply();
+        index_.all(rectangle, answers_);
+        show();
+    }
+    /// All, those that are near each other together.
+    void order()
+    {
+        apply();
         answers_.clear();
-        index_.visit(rectangle, [this](std::uint32_t number) { return answers_.push_back(number), true; });
+        if (const auto bounds = index_.bounds())
+            index_.visit(*bounds, [this](std::uint32_t number) { return answers_.push_back(number), true; });
         show();
     }
     /// One answer, whose number doesn't count, or none.
@@ -223,6 +231,10 @@ JOSTLE_JS jostle_status jostle_js_bush_search(Bush* bush, double min_x, double m
                                               double max_y, jostle_error* error)
 {
     return guarded(error, [&] { bush->search({{min_x, min_y}, {max_x, max_y}}); });
+}
+JOSTLE_JS jostle_status jostle_js_bush_order(Bush* bush, jostle_error* error)
+{
+    return guarded(error, [&] { bush->order(); });
 }
 JOSTLE_JS jostle_status jostle_js_bush_any(Bush* bush, double min_x, double min_y, double max_x, double max_y,
                                            jostle_error* error)

@@ -7,7 +7,7 @@
  *
  * It differs from flatbush in this:
  *
- * Order  `search` has an order of its own, the same on every machine. Neighbors that are equally far away
+ * Order  `search` gives ascending numbers. Neighbors that are equally far away
  *        come by their number.
  * Errors A rectangle with NaN, or whose lower bound is above the upper one, is a `JostleError` that names the
  *        item, as such a rectangle is to `search` and `collides`. A point to `neighbors` must be finite.

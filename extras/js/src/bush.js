@@ -68,26 +68,35 @@ export class Bush extends Owned {
     module._jostle_js_bush_clear(this.pointer);
   }
 
-  /** Calls take(number) for each rectangle that touches this one. It must ask nothing of any bush. */
-  search(minX, minY, maxX, maxY, take) {
+  /** The numbers of the rectangles that touch this one, ascending; with `items`, these by their numbers. */
+  search(minX, minY, maxX, maxY, items) {
     const status = module._jostle_js_bush_search(this.pointer, minX, minY, maxX, maxY, core.error);
     if (status !== 0) core.fail(status);
-    this.#answers(take);
+    return this.#answers(items);
+  }
+  /** All numbers, those of rectangles that are near each other together. */
+  order() {
+    const status = module._jostle_js_bush_order(this.pointer, core.error);
+    if (status !== 0) core.fail(status);
+    return this.#answers();
   }
   any(minX, minY, maxX, maxY) {
     const status = module._jostle_js_bush_any(this.pointer, minX, minY, maxX, maxY, core.error);
     if (status !== 0) core.fail(status);
     return this.#memory[this.pointer >> 2] !== 0;
   }
-  /** As search: the nearest, by their distance and number. */
-  nearest(x, y, count, maxDistance, take) {
-    core.call("jostle_js_bush_nearest", this.pointer, x, y, count, maxDistance);
-    this.#answers(take);
+  /** The numbers of the nearest, by their distance and number. */
+  nearest(x, y, count, maxDistance) {
+    const status = module._jostle_js_bush_nearest(this.pointer, x, y, count, maxDistance, core.error);
+    if (status !== 0) core.fail(status);
+    return this.#answers();
   }
 
-  #answers(take) {
+  #answers(items) {
     const words = this.#memory, view = this.pointer >> 2;
-    const first = words[view + 1] >> 2, end = first + words[view];
-    for (let i = first; i < end; ++i) take(words[i]);
+    const first = words[view + 1] >> 2, end = first + words[view], found = [];
+    if (items === undefined) for (let i = first; i < end; ++i) found.push(words[i]);
+    else for (let i = first; i < end; ++i) found.push(items[words[i]]);
+    return found;
   }
 }

@@ -54,19 +54,18 @@ export class Flatbush {
   }
 
   search(minX, minY, maxX, maxY, filter) {
-    const found = [];
-    this.#search(minX, minY, maxX, maxY, found);
+    this.#want_finished();
+    const found = this.#bush.search(minX, minY, maxX, maxY);
     return filter === undefined
       ? found
       : found.filter((number) => filter(number, ...this.#rectangle(number)));
   }
   collides(minX, minY, maxX, maxY, filter) {
-    if (filter !== undefined) {
-      const found = [];
-      this.#search(minX, minY, maxX, maxY, found);
-      return found.some((number) => filter(number, ...this.#rectangle(number)));
-    }
     this.#want_finished();
+    if (filter !== undefined)
+      return this.#bush
+        .search(minX, minY, maxX, maxY)
+        .some((number) => filter(number, ...this.#rectangle(number)));
     return this.#bush.any(minX, minY, maxX, maxY);
   }
   neighbors(x, y, maxResults = Infinity, maxDistance = Infinity, filter) {
@@ -75,13 +74,13 @@ export class Flatbush {
     const most = Math.min(maxResults, this.numItems), found = [];
     // Squares that overflow are infinite, and nothing is further than that.
     const distance = maxDistance * maxDistance === Infinity ? Infinity : maxDistance;
+    if (filter === undefined) return this.#bush.nearest(x, y, most, distance);
     let wanted = most, seen = 0;
     while (found.length < most) {
-      const nearest = [];
-      this.#bush.nearest(x, y, Math.min(wanted, this.numItems), distance, (number) => nearest.push(number));
+      const nearest = this.#bush.nearest(x, y, Math.min(wanted, this.numItems), distance);
       // The nearest are ahead in the longer list, too.
       for (const number of nearest.slice(seen))
-        if (found.length < most && (filter === undefined || filter(number))) found.push(number);
+        if (found.length < most && filter(number)) found.push(number);
       if (nearest.length < wanted) break;
       seen = wanted;
       wanted *= 2;
@@ -138,10 +137,6 @@ export class Flatbush {
   #want_finished() {
     if (!this.#finished) refuse("this index isn't finished: call finish()");
   }
-  #search(minX, minY, maxX, maxY, found) {
-    this.#want_finished();
-    this.#bush.search(minX, minY, maxX, maxY, (number) => found.push(number));
-  }
   #rectangle(number) {
     return this.#boxes.subarray(4 * number, 4 * number + 4);
   }
@@ -161,9 +156,7 @@ export class Flatbush {
     head.setUint32(4, numItems, true);
     const boxes = new ArrayType(data, 8, 4 * places),
       indices = new Indices(data, 8 + floats, places);
-    const order = []; // the index's own: what is near each other is together
-    this.#search(-Infinity, -Infinity, Infinity, Infinity, order);
-    order.forEach((number, place) => {
+    this.#bush.order().forEach((number, place) => {
       boxes.set(this.#rectangle(number), 4 * place);
       indices[place] = number;
     });

@@ -17,10 +17,8 @@ export class RBush {
   }
 
   search(bbox) {
-    const found = [], items = this.#items;
     const { minX, minY, maxX, maxY } = wanted(bbox);
-    this.#bush.search(minX, minY, maxX, maxY, (number) => found.push(items[number]));
-    return found;
+    return this.#bush.search(minX, minY, maxX, maxY, this.#items);
   }
   collides(bbox) {
     const { minX, minY, maxX, maxY } = wanted(bbox);
@@ -160,8 +158,14 @@ export class RBush {
   }
   #number_of(item) {
     if (this.#numbers === undefined) {
-      this.#numbers = new Map();
-      this.#items.forEach((each, number) => each !== undefined && this.#name(each, number));
+      const numbers = (this.#numbers = new Map()), items = this.#items;
+      let named = 0;
+      for (let number = 0; number < items.length; ++number)
+        if (items[number] !== undefined) numbers.set(items[number], (++named, number));
+      if (numbers.size !== named) { // some are there twice, which hardly any program does
+        numbers.clear();
+        items.forEach((each, number) => each !== undefined && this.#name(each, number));
+      }
     }
     return this.#numbers.get(item);
   }
