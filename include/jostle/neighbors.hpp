@@ -101,8 +101,8 @@ struct NeighborList
 /// Places    the points may lie anywhere, also outside of the cell: shifts are between points as given. Along
 ///           an axis that repeats, they must lie within 2^30 periods of each other (2^15 in float).
 /// Units     those of the points; cutoffs, vectors, distances and the skin have the same.
-/// Cost      expected linear in points + neighbours. Open space with empty gaps of thousands of cutoffs takes
-///           longer, and so do radii of which a few are much greater than most.
+/// Cost      expected linear in points + neighbours, with radii of any sizes. Open space with empty gaps of
+///           thousands of cutoffs takes longer, and so do types whose cutoffs differ much.
 /// Memory    stays as large as the largest call needed: a steady scene allocates nothing. About 100 bytes a
 ///           point, 8 bytes a pair, and the list.
 /// Threads   one call at a time per finder; it uses those of options.executor. instruction_set changes

@@ -113,25 +113,26 @@ struct CutoffRule
     std::span<const T> table;
     std::size_t types = 0;
     bool of_radii = false, greater = false; ///< of two radii, instead of their sum
-    T greatest = 0, greatest_radius_b = 0;
+    T greatest = 0;
 
     T operator()(T radius_a, std::uint32_t type_a, T radius_b, std::uint32_t type_b) const
     {
         if (of_radii) return greater ? std::max(radius_a, radius_b) : radius_a + radius_b;
         return types != 0 ? table[type_a * types + type_b] : value;
     }
-    /// The greatest that a point of this radius has with any other.
-    T greatest_of(T radius_a) const
+    /// The greatest that points have whose radii are at most these.
+    T greatest_of(T radius_a, T radius_b) const
     {
-        return of_radii ? (*this)(radius_a, 0, greatest_radius_b, 0) : greatest;
+        return of_radii ? (*this)(radius_a, 0, radius_b, 0) : greatest;
     }
 };
 
-template <class T>
-void check_cutoff(T value, const std::string& what, std::uint64_t index)
+/// what() is what errors call it.
+template <class T, class What>
+void check_cutoff(T value, const What& what, std::uint64_t index)
 {
     if (!(value >= 0 && value <= std::numeric_limits<T>::max()))
-        refuse_search(what + " is " + number_text(value) + "; give a length", index);
+        refuse_search(what() + " is " + number_text(value) + "; give a length", index);
 }
 
 /// Adds what a set has to the rule, or throws.
@@ -147,7 +148,9 @@ T checked_radii(const PointSet<Dim, T>& set, const CutoffRule<T>& rule)
     T greatest = 0;
     if (rule.of_radii) lengths(set.radii.size(), "radii");
     for (std::size_t i = 0; rule.of_radii && i < set.radii.size(); ++i) {
-        check_cutoff(set.radii[i], std::string("the radius of point ") + set.name + std::to_string(i), i);
+        check_cutoff(
+            set.radii[i], [&] { return std::string("the radius of point ") + set.name + std::to_string(i); },
+            i);
         greatest = std::max(greatest, set.radii[i]);
     }
     if (rule.types != 0) lengths(set.types.size(), "types");
@@ -178,9 +181,9 @@ CutoffRule<T> check_cutoffs(const PointSet<Dim, T>& a, const PointSet<Dim, T>& b
     if (rule.types * rule.types != cutoff.table.size())
         throw Error(ErrorCode::size_mismatch, "a table of " + std::to_string(cutoff.table.size()) +
                                                   " cutoffs isn't square; give k * k for k types");
-    check_cutoff(cutoff.value, "the cutoff", Error::no_index);
+    check_cutoff(cutoff.value, [] { return std::string("the cutoff"); }, Error::no_index);
     for (std::size_t k = 0; k < cutoff.table.size(); ++k) {
-        check_cutoff(cutoff.table[k], "cutoff " + std::to_string(k) + " of the table", k);
+        check_cutoff(cutoff.table[k], [&] { return "cutoff " + std::to_string(k) + " of the table"; }, k);
         const std::size_t mirrored = k % rule.types * rule.types + k / rule.types;
         if (cutoff.table[k] != cutoff.table[mirrored])
             refuse_search("cutoff " + std::to_string(k) + " of the table is " + number_text(cutoff.table[k]) +
@@ -188,9 +191,8 @@ CutoffRule<T> check_cutoffs(const PointSet<Dim, T>& a, const PointSet<Dim, T>& b
                           k);
         rule.greatest = std::max(rule.greatest, cutoff.table[k]);
     }
-    const T radius_a = checked_radii(a, rule);
-    rule.greatest_radius_b = checked_radii(b, rule);
-    rule.greatest = std::max(rule.greatest, rule(radius_a, 0, rule.greatest_radius_b, 0));
+    const T radius_a = checked_radii(a, rule), radius_b = checked_radii(b, rule);
+    rule.greatest = std::max(rule.greatest, rule(radius_a, 0, radius_b, 0));
     const T square = rule.greatest * rule.greatest;
     const bool nobody = a.points.empty() || b.points.empty();
     if (!nobody && !(square >= std::numeric_limits<T>::min() && square <= std::numeric_limits<T>::max()))
@@ -230,24 +232,47 @@ void check_points(const PointSet<Dim, T>& set)
         }
 }
 
+/// Points whose cutoffs are alike, and the cells that they are in: about as large as these.
+template <int Dim, class T>
+struct GridLevel
+{
+    T radius = 0;           ///< the greatest; 0 where cutoffs aren't of radii
+    std::size_t points = 0; ///< of both sets
+    double cutoff = 0;      ///< the greatest of two of its points
+    double edge = 0;        ///< of a cell, at least, in cutoffs
+    std::size_t begin = 0;  ///< the number of its first cell
+    std::int64_t cells[detail::axes<Dim>];
+    double scale[detail::axes<Dim>]; ///< cells per fraction
+};
+
 /// How space is divided into cells of a grid: along each axis k a point has the fraction dot(reciprocal_k, x
 /// - origin), in periods if the axis repeats, else in units of length along directions at right angles to
-/// those that do. All of it is in double, with bounds for what rounding can do.
+/// those that do. All of it is in double, with bounds for what rounding can do. Radii that differ by a factor
+/// of 2 or more have levels, each with cells of its own, as in a hierarchical grid.
 template <int Dim, class T>
 struct NeighborGrid
 {
     using Wide = Vec<Dim, double>;
     static constexpr double far = sizeof(T) == 4 ? 32768 : 1073741824; // periods
+    // A cell's points look at the same others, which costs time once for all of them. So there should be some
+    // of them; but a cell that is larger has more points that are too far away.
+    static constexpr double wanted_in_cell = 48;
+    static constexpr double least_edge = 1 + 1e-9; // of cutoffs: then the next cells are enough
+    static constexpr int most_levels = 24;         // the last has all smaller ones
 
     bool repeats[detail::axes<Dim>];
     Wide vectors[detail::axes<Dim>], reciprocal[detail::axes<Dim>], origin;
     double lengths[detail::axes<Dim>], low[detail::axes<Dim>], high[detail::axes<Dim>];
     double thickness = 1; ///< the volume that unit vectors along the axes span
-    double scale[detail::axes<Dim>];
-    std::int64_t cells[detail::axes<Dim>], reach[detail::axes<Dim>];
-    double rounding = 0; ///< by how much a distance of the definition may differ from the true one
-    double slack = 0;    ///< by how much the test of wrapped points may err
-    T sure = -1;         ///< the square within which it decides; nothing is below 0
+    double reciprocal_length[detail::axes<Dim>];
+    double margin[detail::axes<Dim>]; ///< by how much fractions may err
+    GridLevel<Dim, T> levels[most_levels];
+    int level_count = 0; ///< from the greatest radii to the smallest
+    std::size_t all_cells = 0;
+    double rounding = 0;  ///< by how much a distance of the definition may differ from the true one
+    double slack = 0;     ///< by how much the test of wrapped points may err
+    T sure = -1;          ///< the square within which it decides; nothing is below 0
+    T slack_of_radii = 0; ///< the same where each pair has a cutoff of its own, computed in T
 
     static Wide wide(const Vec<Dim, T>& v)
     {
@@ -335,8 +360,29 @@ struct NeighborGrid
                    : std::numeric_limits<T>::infinity();
     }
 
-    /// Fits the grid to points, of which each set has some.
-    void fit(const PointSet<Dim, T>& a, const PointSet<Dim, T>& b, double cutoff)
+    /// By how much points within a cutoff of each other differ along axis k, at most.
+    double reach(double cutoff, int k) const
+    {
+        return ((cutoff + rounding) * reciprocal_length[k] + margin[k]) * (1 + 1e-12);
+    }
+
+    int level_of(T radius) const
+    {
+        int level = level_count - 1;
+        while (level > 0 && radius > levels[level].radius)
+            --level;
+        return level;
+    }
+    const GridLevel<Dim, T>& level_of_cell(std::size_t cell) const
+    {
+        int level = level_count - 1;
+        while (cell < levels[level].begin)
+            --level;
+        return levels[level];
+    }
+
+    /// Fits the grid to points, of which each set has some. Each looks `more` further than its cutoff.
+    void fit(const PointSet<Dim, T>& a, const PointSet<Dim, T>& b, const CutoffRule<T>& rule, T more)
     {
         constexpr double infinity = std::numeric_limits<double>::infinity();
         double spread = 0;
@@ -365,48 +411,118 @@ struct NeighborGrid
                     high[k] = std::max(high[k], f);
                 }
         }
-        divide(cutoff, spread, a.points.size() + b.points.size());
+        const double greatest = static_cast<double>(rule.greatest + more);
+        bound(greatest, spread);
+        tell_levels(a, b, rule, more);
+        for (int level = 0; level < level_count; ++level) {
+            GridLevel<Dim, T>& each = levels[level];
+            const T cutoff = rule.greatest_of(each.radius, each.radius) + more;
+            each.cutoff = std::max(static_cast<double>(cutoff), std::ldexp(greatest, 1 - most_levels));
+            double per_cutoff = static_cast<double>(each.points);
+            for (int k = 0; k < Dim; ++k)
+                per_cutoff *= std::min(1.0, reach(each.cutoff, k) / (repeats[k] ? 1 : high[k] - low[k]));
+            each.edge = std::clamp(std::pow(wanted_in_cell / per_cutoff, 1.0 / Dim), least_edge, 8.0);
+        }
+        divide();
+    }
+
+    /// Points that crowd together in a few places have smaller cells. Returns whether any have. in_cell(c) is
+    /// how many are in cell c.
+    template <class InCell>
+    bool refine(const InCell& in_cell)
+    {
+        bool any = false;
+        for (int level = 0; level < level_count; ++level) {
+            GridLevel<Dim, T>& each = levels[level];
+            if (each.edge <= least_edge) continue;
+            const std::size_t end = level + 1 < level_count ? levels[level + 1].begin : all_cells;
+            double seen = 0; // by all points in their own cells
+            for (std::size_t c = each.begin; c < end; ++c)
+                seen += in_cell(c) * in_cell(c);
+            if (seen <= 4 * wanted_in_cell * static_cast<double>(each.points)) continue;
+            each.edge = std::max(each.edge / 2, least_edge);
+            any = true;
+        }
+        if (any) divide();
+        return any;
     }
 
   private:
-    void divide(double cutoff, double spread, std::size_t points)
+    /// What rounding can do.
+    void bound(double cutoff, double spread)
     {
         const double eps = static_cast<double>(std::numeric_limits<T>::epsilon());
         double shifted = 0, wrapped = spread;
-        for (int k = 0; k < Dim; ++k)
-            if (repeats[k]) shifted += (high[k] - low[k] + cutoff * length(reciprocal[k]) + 2) * lengths[k];
-        rounding = 16 * eps * (cutoff + shifted);
-        const double within = cutoff + rounding;
-        double reaches[detail::axes<Dim>]; // as fractions
+        for (int k = 0; k < Dim; ++k) {
+            reciprocal_length[k] = length(reciprocal[k]);
+            if (repeats[k]) shifted += (high[k] - low[k] + cutoff * reciprocal_length[k] + 2) * lengths[k];
+        }
+        const double least = static_cast<double>(std::numeric_limits<T>::denorm_min()); // of a square
+        rounding = 16 * eps * (cutoff + shifted) + 8 * std::sqrt(least);
         for (int k = 0; k < Dim; ++k) {
             const double error = std::ldexp(1, -46) / (thickness * thickness);
-            reaches[k] =
-                within * length(reciprocal[k]) + 2 * error * (spread / lengths[k] + (repeats[k] ? 1 : 0));
+            margin[k] = 2 * error * (spread / lengths[k] + (repeats[k] ? 1 : 0));
             if (!repeats[k]) continue;
-            if (!(reaches[k] < static_cast<double>(most_images)))
-                refuse_search("the cutoff reaches over " + number_text(reaches[k]) + " periods along axis " +
+            const double periods = reach(cutoff, k);
+            if (!(periods < static_cast<double>(most_images)))
+                refuse_search("the cutoff reaches over " + number_text(periods) + " periods along axis " +
                               std::to_string(k) + ", and it may over " + std::to_string(most_images) +
                               "; put several periods into one cell");
-            wrapped += (high[k] - low[k] + reaches[k] + 2) * lengths[k];
+            wrapped += (high[k] - low[k] + periods + 2) * lengths[k];
         }
         const double rest = 16 * eps * (wrapped + cutoff);
         slack = rounding + rest;
         const double deciding = (cutoff - slack) * (1 - 16 * eps);
         sure = deciding > 0 ? static_cast<T>(deciding * deciding * (1 - 16 * eps)) : T(-1);
+        slack_of_radii = static_cast<T>(slack + 16 * eps * cutoff); // their sums are rounded
+    }
 
-        double size[detail::axes<Dim>], all = 1, per_cutoff = static_cast<double>(points);
-        for (int k = 0; k < Dim; ++k)
-            per_cutoff *= std::min(1.0, reaches[k] / (repeats[k] ? 1 : high[k] - low[k]));
-        // A cell's points look at the same others, which costs time once for all of them. So there should be
-        // some of them; but a cell that is larger has more points that are too far away.
-        const double edge = std::clamp(std::pow(48 / per_cutoff, 1.0 / Dim), 1 + 1e-9, 2.0); // of cutoffs
+    /// A level has the radii with which cutoffs are between a half of its greatest and that.
+    void tell_levels(const PointSet<Dim, T>& a, const PointSet<Dim, T>& b, const CutoffRule<T>& rule, T more)
+    {
+        GridLevel<Dim, T> by_halves[most_levels] = {};
+        const auto cutoff = [&](T radius) { return static_cast<double>(rule(radius, 0, radius, 0) + more); };
+        T greatest = 0;
+        for (const auto* set : {&a, &b})
+            for (const T radius : set->radii)
+                greatest = std::max(greatest, radius);
+        const double most = cutoff(greatest);
+        for (const auto* set : {&a, &b})
+            for (std::size_t i = 0; rule.of_radii && i < set->points.size(); ++i) {
+                const T radius = set->radii[i];
+                const double part = most / cutoff(radius); // infinite for 0
+                const int halvings = part < std::ldexp(1, most_levels) ? std::ilogb(part) : most_levels;
+                GridLevel<Dim, T>& level = by_halves[std::min(halvings, most_levels - 1)];
+                level.radius = std::max(level.radius, radius);
+                ++level.points;
+            }
+        if (!rule.of_radii) by_halves[0].points = a.points.size() + b.points.size();
+        level_count = 0;
+        for (const GridLevel<Dim, T>& level : by_halves)
+            if (level.points != 0) levels[level_count++] = level;
+    }
+
+    void divide()
+    {
+        all_cells = 0;
+        for (int level = 0; level < level_count; ++level) {
+            levels[level].begin = all_cells;
+            all_cells += divide(levels[level]);
+        }
+    }
+    /// Returns how many cells there are.
+    std::size_t divide(GridLevel<Dim, T>& level)
+    {
+        double size[detail::axes<Dim>], all = 1;
+        double(&scale)[detail::axes<Dim>] = level.scale;
         for (int k = 0; k < Dim; ++k) {
-            scale[k] = 1 / (edge * reaches[k]);
+            scale[k] = 1 / (level.edge * reach(level.cutoff, k));
             size[k] = repeats[k] ? std::max(1.0, std::floor(scale[k]))
                                  : std::min(std::floor((high[k] - low[k]) * scale[k]) + 1, 1e18);
             all *= size[k];
         }
-        const double most = std::min(std::max(64.0, 2 * static_cast<double>(points)), std::ldexp(1, 31));
+        const double most =
+            std::min(std::max(64.0, 2 * static_cast<double>(level.points)), std::ldexp(1, 31));
         while (all > most) { // sparse: no more cells than that
             int longest = 0;
             for (int k = 1; k < Dim; ++k)
@@ -418,10 +534,10 @@ struct NeighborGrid
                 all *= size[k];
         }
         for (int k = 0; k < Dim; ++k) {
-            cells[k] = static_cast<std::int64_t>(size[k]);
+            level.cells[k] = static_cast<std::int64_t>(size[k]);
             if (repeats[k]) scale[k] = size[k];
-            reach[k] = static_cast<std::int64_t>(std::min(std::ceil(reaches[k] * scale[k]), 1e15));
         }
+        return static_cast<std::size_t>(all);
     }
 };
 
@@ -447,7 +563,8 @@ struct GridPoints
           periods(memory),
           x(memory),
           y(memory),
-          z(memory)
+          z(memory),
+          radius(memory)
     {
     }
 
@@ -456,27 +573,31 @@ struct GridPoints
     Buffer<std::uint32_t> index;  ///< GridPoint::index, side by side
     Buffer<Periods<Dim>> periods; ///< GridPoint::wrapped, by index
     Buffer<T> x, y, z;            ///< the points, wrapped, and 0 as padding
+    Buffer<T> radius;             ///< GridPoint::radius; nothing where cutoffs aren't of radii
     std::size_t count = 0;
     bool any_wrapped = false;
 
     T* axis(int d) { return (d == 0 ? x : d == 1 ? y : z).data(); }
 
-    void fill(const PointSet<Dim, T>& set, const NeighborGrid<Dim, T>& grid)
+    double in_cell(std::size_t c) const { return static_cast<double>(starts.data()[c + 2]); }
+
+    /// Tells in which cell each point is, and counts.
+    void number(const PointSet<Dim, T>& set, const NeighborGrid<Dim, T>& grid)
     {
         const std::size_t n = set.points.size();
-        std::size_t cells = 1;
-        for (int k = 0; k < Dim; ++k)
-            cells *= static_cast<std::size_t>(grid.cells[k]);
+        const std::size_t cells = grid.all_cells;
         points.reserve(n), cell.reserve(n), index.reserve(n), periods.reserve(n);
         for (int d = 0; d < Dim; ++d) {
             (d == 0 ? x : d == 1 ? y : z).reserve(n + neighbor_padding);
             std::fill_n(axis(d) + n, neighbor_padding, T(0));
         }
+        if (!set.radii.empty()) radius.reserve(n);
         count = n;
         any_wrapped = false;
         starts.reserve(cells + 2);
         std::fill_n(starts.data(), cells + 2, 0u);
         for (std::size_t i = 0; i < n; ++i) {
+            const GridLevel<Dim, T>& level = grid.levels[set.radii.empty() ? 0 : grid.level_of(set.radii[i])];
             std::int64_t number = 0;
             for (int k = 0; k < Dim; ++k) {
                 double f = grid.fraction(set.points[i], k);
@@ -490,20 +611,26 @@ struct GridPoints
                 } else {
                     f -= grid.low[k];
                 }
-                const double last = static_cast<double>(grid.cells[k] - 1);
-                number = number * grid.cells[k] +
-                         static_cast<std::int64_t>(std::clamp(f * grid.scale[k], 0.0, last));
+                const double last = static_cast<double>(level.cells[k] - 1);
+                number = number * level.cells[k] +
+                         static_cast<std::int64_t>(std::clamp(f * level.scale[k], 0.0, last));
             }
-            cell[i] = static_cast<std::uint32_t>(number);
-            ++starts[static_cast<std::size_t>(number) + 2];
+            cell[i] = static_cast<std::uint32_t>(level.begin + static_cast<std::size_t>(number));
+            ++starts[std::size_t{cell[i]} + 2];
         }
-        for (std::size_t c = 2; c < cells + 2; ++c)
+    }
+    /// Puts the points into their cells.
+    void fill(const PointSet<Dim, T>& set, const NeighborGrid<Dim, T>& grid)
+    {
+        const std::size_t n = count;
+        for (std::size_t c = 2; c < grid.all_cells + 2; ++c)
             starts[c] += starts[c - 1];
         for (std::size_t i = 0; i < n; ++i) { // starts[c + 1] goes from where c begins to where it ends
             const std::size_t to = starts[std::size_t{cell[i]} + 1]++;
             index[to] = static_cast<std::uint32_t>(i);
             points[to] = {set.points[i], set.radii.empty() ? T(0) : set.radii[i],
                           set.types.empty() ? 0 : set.types[i], static_cast<std::uint32_t>(i), periods[i]};
+            if (!set.radii.empty()) radius[to] = set.radii[i];
             Vec<Dim, double> at = grid.wide(set.points[i]) - grid.origin;
             for (int k = 0; k < Dim; ++k)
                 at -= grid.vectors[k] * static_cast<double>(periods[i][static_cast<std::size_t>(k)]);
@@ -514,7 +641,7 @@ struct GridPoints
     void release()
     {
         points.release(), cell.release(), starts.release(), index.release(), periods.release();
-        x.release(), y.release(), z.release();
+        x.release(), y.release(), z.release(), radius.release();
     }
 };
 

@@ -55,12 +55,14 @@ Periods<Dim> image_of(std::uint32_t code)
     return image;
 }
 
-/// Points of the grid that follow each other in memory, all shifted in the same way.
+/// Points of the grid that follow each other in memory, all shifted in the same way, and the square of the
+/// distance within which they may be neighbours.
 template <int Dim, Coordinate T>
 struct ImageRun
 {
     std::size_t begin, end;
     Vec<Dim, T> by;
+    T near;
     std::uint32_t code; ///< of the image
 };
 
@@ -79,6 +81,7 @@ struct Surroundings
           x(memory),
           y(memory),
           z(memory),
+          radius(memory),
           unsure(memory)
     {
     }
@@ -87,7 +90,7 @@ struct Surroundings
     Buffer<std::uint64_t> sorted, spare; ///< index, and which of the selected
     // Sorted by index, then by image:
     Buffer<std::uint32_t> place, index, image;
-    Buffer<T> x, y, z;
+    Buffer<T> x, y, z, radius;
     Buffer<UnsureNeighbor> unsure;
     std::size_t room = 0;
 
@@ -98,7 +101,7 @@ struct Surroundings
         selected.reserve(count), run.reserve(count), sorted.reserve(count), spare.reserve(count),
             place.reserve(count);
         index.reserve(count), image.reserve(count), x.reserve(count), y.reserve(count), z.reserve(count);
-        unsure.reserve(count);
+        radius.reserve(count), unsure.reserve(count);
     }
     T* axis(int d) { return (d == 0 ? x : d == 1 ? y : z).data(); }
 };
@@ -171,7 +174,10 @@ struct NeighborFinder<Dim, T>::Implementation
 
         /// How far is looked.
         T reach() const { return rule.greatest + static_cast<T>(options.skin); }
-        T reach_of(T radius) const { return rule.greatest_of(radius) + static_cast<T>(options.skin); }
+        T reach_of(T radius, T other) const
+        {
+            return rule.greatest_of(radius, other) + static_cast<T>(options.skin);
+        }
         bool somebody() const { return !a.points.empty() && !b.points.empty(); }
     };
 
@@ -253,46 +259,91 @@ struct NeighborFinder<Dim, T>::Implementation
         process_items(n, run_block, by);
     }
 
-    /// Where the images of b's points lie that points of this cell of the grid can reach.
-    void list_runs(std::uint32_t number, neighbors::GridPoints<Dim, T>& b,
+    /// Where the images of b's points lie that points of this cell of the grid can reach whose radii are at
+    /// most this one: on each level a box of cells.
+    void list_runs(const Request& request, std::uint32_t number, T radius, neighbors::GridPoints<Dim, T>& b,
                    std::pmr::vector<neighbors::ImageRun<Dim, T>>& runs)
     {
-        std::int64_t at[detail::axes<Dim>], other[detail::axes<Dim>];
-        std::int64_t rest = number;
+        const neighbors::GridLevel<Dim, T>& own = grid.level_of_cell(number);
+        double low[detail::axes<Dim>], high[detail::axes<Dim>]; // of the cell
+        std::size_t rest = number - own.begin;
         for (int k = Dim - 1; k >= 0; --k) {
-            at[k] = rest % grid.cells[k];
-            rest /= grid.cells[k];
+            const auto cells = static_cast<std::size_t>(own.cells[k]);
+            const double at = static_cast<double>(rest % cells);
+            rest /= cells;
+            low[k] = at / own.scale[k];
+            high[k] = (at + 1) / own.scale[k];
+            if (!grid.repeats[k] && at + 1 == static_cast<double>(cells)) // and all behind it
+                high[k] = std::numeric_limits<double>::infinity();
         }
         runs.clear();
-        neighbors::Periods<Dim> image{};
-        const auto along = [&](const auto& self, int k) -> void {
-            std::int64_t first = at[k] - grid.reach[k], last = at[k] + grid.reach[k];
-            if (!grid.repeats[k])
-                first = std::max<std::int64_t>(first, 0), last = std::min(last, grid.cells[k] - 1);
-            for (std::int64_t c = first; c <= last; ++c) {
-                const std::int64_t within = ((c % grid.cells[k]) + grid.cells[k]) % grid.cells[k];
-                const std::int64_t periods = (c - within) / grid.cells[k];
-                image[static_cast<std::size_t>(k)] = static_cast<std::int32_t>(periods);
-                other[k] = within;
-                if (k < Dim - 1) {
-                    self(self, k + 1);
-                    continue;
+        for (int level = 0; level < grid.level_count; ++level) {
+            const neighbors::GridLevel<Dim, T>& other = grid.levels[level];
+            const double cutoff = static_cast<double>(request.reach_of(radius, other.radius));
+            const T near = grid.near_of(cutoff);
+            std::int64_t first[detail::axes<Dim>], last[detail::axes<Dim>], within[detail::axes<Dim>];
+            for (int k = 0; k < Dim; ++k) {
+                const double reach = grid.reach(cutoff, k);
+                double from = std::floor((low[k] - reach) * other.scale[k]),
+                       to = std::floor((high[k] + reach) * other.scale[k]);
+                if (!grid.repeats[k]) {
+                    const double end = static_cast<double>(other.cells[k] - 1);
+                    from = std::clamp(from, 0.0, end), to = std::clamp(to, 0.0, end);
                 }
-                const std::int64_t end = std::min(last, (periods + 1) * grid.cells[k] - 1);
-                std::int64_t cell = 0;
-                for (int d = 0; d < Dim; ++d)
-                    cell = cell * grid.cells[d] + other[d];
-                const std::size_t begin = b.starts[static_cast<std::size_t>(cell)];
-                const std::size_t stop = b.starts[static_cast<std::size_t>(cell + end - c + 1)];
-                c = end;
-                if (begin == stop) continue;
-                Vec<Dim, double> by{};
-                for (int d = 0; d < Dim; ++d)
-                    by += grid.vectors[d] * static_cast<double>(image[static_cast<std::size_t>(d)]);
-                runs.push_back({begin, stop, Vec<Dim, T>(by), neighbors::code_of<Dim>(image)});
+                first[k] = static_cast<std::int64_t>(from), last[k] = static_cast<std::int64_t>(to);
             }
-        };
-        along(along, 0);
+            neighbors::Periods<Dim> image{};
+            const auto along = [&](const auto& self, int k) -> void {
+                const std::int64_t cells = other.cells[k];
+                for (std::int64_t c = first[k]; c <= last[k]; ++c) {
+                    within[k] = ((c % cells) + cells) % cells;
+                    const std::int64_t periods = (c - within[k]) / cells;
+                    image[static_cast<std::size_t>(k)] = static_cast<std::int32_t>(periods);
+                    if (k < Dim - 1) {
+                        self(self, k + 1);
+                        continue;
+                    }
+                    const std::int64_t end = std::min(last[k], (periods + 1) * cells - 1);
+                    std::int64_t cell = 0;
+                    for (int d = 0; d < Dim; ++d)
+                        cell = cell * other.cells[d] + within[d];
+                    const std::size_t at = other.begin + static_cast<std::size_t>(cell), begin = b.starts[at],
+                                      stop = b.starts[at + static_cast<std::size_t>(end - c) + 1];
+                    c = end;
+                    if (begin == stop) continue;
+                    Vec<Dim, double> by{};
+                    for (int d = 0; d < Dim; ++d)
+                        by += grid.vectors[d] * static_cast<double>(image[static_cast<std::size_t>(d)]);
+                    runs.push_back({begin, stop, Vec<Dim, T>(by), near, neighbors::code_of<Dim>(image)});
+                }
+            };
+            along(along, 0);
+        }
+    }
+    /// How many of them there are for any cell, at most.
+    double most_runs_of(const Request& request) const
+    {
+        double most = 0;
+        for (int level = 0; level < grid.level_count; ++level) {
+            double all = 0;
+            for (int other = 0; other < grid.level_count; ++other) {
+                double runs = 1;
+                for (int k = 0; k < Dim; ++k) {
+                    const double reach =
+                        grid.reach(static_cast<double>(request.reach_of(grid.levels[level].radius,
+                                                                        grid.levels[other].radius)),
+                                   k);
+                    const double across = 2 * reach + 1 / grid.levels[level].scale[k];
+                    runs *= (k < Dim - 1       ? across * grid.levels[other].scale[k]
+                             : grid.repeats[k] ? across
+                                               : 0) +
+                            2;
+                }
+                all += runs;
+            }
+            most = std::max(most, all);
+        }
+        return most;
     }
 
     /// Rows are worked on in groups: those of a cell, or of rows_per_block places in it. This is where the
@@ -323,12 +374,11 @@ struct NeighborFinder<Dim, T>::Implementation
         T radius = 0; // the greatest
         for (std::size_t place = begin; place < end; ++place)
             radius = std::max(radius, grid_a.points[place].radius);
-        const T near = grid.near_of(static_cast<double>(request.reach_of(radius)));
         for (int d = 0; d < Dim; ++d) {
             const auto [lo, hi] = std::minmax_element(grid_a.axis(d) + begin, grid_a.axis(d) + end);
             box.lo[d] = *lo, box.hi[d] = *hi;
         }
-        list_runs(cell, b, own.runs);
+        list_runs(request, cell, radius, b, own.runs);
         std::size_t most = 0;
         for (const neighbors::ImageRun<Dim, T>& run : own.runs)
             most += run.end - run.begin;
@@ -341,7 +391,7 @@ struct NeighborFinder<Dim, T>::Implementation
         for (const neighbors::ImageRun<Dim, T>& run : own.runs) {
             const std::size_t before = count;
             std::uint32_t* const selected = around.selected.data();
-            count += kernels->select(axes, run.begin, run.end, run.by, box, near, selected + count);
+            count += kernels->select(axes, run.begin, run.end, run.by, box, run.near, selected + count);
             std::fill(around.run.data() + before, around.run.data() + count,
                       static_cast<std::uint32_t>(&run - own.runs.data()));
             for (std::size_t k = before; k < count; ++k)
@@ -362,15 +412,19 @@ struct NeighborFinder<Dim, T>::Implementation
             for (int d = 0; d < Dim; ++d)
                 around.axis(d)[k] = axes[d][place] + run.by[d];
             around.image[k] = run.code;
+            if (request.rule.of_radii) around.radius[k] = b.radius[place];
             if (!request.two_sets && place - begin < end - begin && run.code == here)
                 own.itself[place - begin] = static_cast<std::uint32_t>(k);
         }
         for (int d = 0; d < Dim; ++d)
             std::fill_n(around.axis(d) + count, neighbors::neighbor_padding,
                         std::numeric_limits<T>::quiet_NaN());
+        if (request.rule.of_radii)
+            std::fill_n(around.radius.data() + count, neighbors::neighbor_padding, T(0));
         return {{around.x.data(), around.y.data(), around.z.data()},
                 around.index.data(),
                 with_images ? around.image.data() : nullptr,
+                request.rule.of_radii ? around.radius.data() : nullptr,
                 count};
     }
 
@@ -386,16 +440,22 @@ struct NeighborFinder<Dim, T>::Implementation
         Vec<Dim, T> here;
         for (int d = 0; d < Dim; ++d)
             here[d] = grid_a.axis(d)[row];
-        const T near = grid.near_of(static_cast<double>(request.reach_of(grid_a.points[row].radius)));
-        const T sure = request.rule.types == 0 && !request.rule.of_radii ? grid.sure : T(-1);
+        const T radius = grid_a.points[row].radius;
+        const neighbors::RowCutoff<T> cutoff{request.rule.types == 0 ? grid.sure : T(-1),
+                                             grid.near_of(static_cast<double>(request.reach())),
+                                             radius,
+                                             static_cast<T>(request.options.skin),
+                                             grid.slack_of_radii,
+                                             request.rule.greater,
+                                             radius > 0}; // of two radii of 0 nobody is near
         if (request.two_sets) {
-            kernels->find_row(columns, 0, here, sure, near, found);
+            kernels->find_row(columns, 0, here, cutoff, found);
         } else if (request.options.half) {
-            kernels->find_row(columns, itself + 1, here, sure, near, found);
+            kernels->find_row(columns, itself + 1, here, cutoff, found);
         } else { // for a moment the point itself is near nobody
             T& x = columns.at[0][itself];
             const T before = std::exchange(x, std::numeric_limits<T>::quiet_NaN());
-            kernels->find_row(columns, 0, here, sure, near, found);
+            kernels->find_row(columns, 0, here, cutoff, found);
             x = before;
         }
         // Whom the definition rejects, those behind close up to.
@@ -413,12 +473,12 @@ struct NeighborFinder<Dim, T>::Implementation
         for (std::size_t k = 0; k < found.unsure_count; ++k) {
             const neighbors::UnsureNeighbor& each = found.unsure[k];
             const neighbors::GridPoint<Dim, T>& other = b.points[own.around.place[each.nearby]];
-            const T cutoff = request.rule(from.radius, from.type, other.radius, other.type);
-            const T most = cutoff + skin;
+            const T own_cutoff = request.rule(from.radius, from.type, other.radius, other.type);
+            const T most = own_cutoff + skin;
             const auto image = neighbors::image_of<Dim>(own.around.image[each.nearby]);
             const Vec<Dim, T> apart =
                 request.vectors.between(from.at, other.at, shift_of(image, from.wrapped, other.wrapped));
-            if (cutoff > 0 && dot(apart, apart) <= most * most) continue;
+            if (own_cutoff > 0 && dot(apart, apart) <= most * most) continue;
             keep_until(each.found);
             next = each.found + 1;
         }
@@ -476,6 +536,13 @@ struct NeighborFinder<Dim, T>::Implementation
     void fill_grid(const Request& request)
     {
         if (!request.somebody()) return;
+        const auto in_cell = [&](std::size_t c) {
+            return grid_a.in_cell(c) + (request.two_sets ? grid_b.in_cell(c) : 0);
+        };
+        do {
+            grid_a.number(request.a, grid);
+            if (request.two_sets) grid_b.number(request.b, grid);
+        } while (grid.refine(in_cell));
         grid_a.fill(request.a, grid);
         if (request.two_sets) grid_b.fill(request.b, grid);
     }
@@ -492,15 +559,9 @@ struct NeighborFinder<Dim, T>::Implementation
                 [](const neighbors::BlockFound&, std::size_t, std::size_t, std::size_t, std::size_t) {});
         }
         neighbors::GridPoints<Dim, T>& b = request.two_sets ? grid_b : grid_a;
-        double runs = 1; // at most, unless they are very many: which task has the most is chance
-        bool any_repeats = false;
-        for (int k = 0; k < Dim; ++k) {
-            any_repeats |= grid.repeats[k];
-            runs *= 2 * static_cast<double>(grid.reach[k]) /
-                        static_cast<double>(k < Dim - 1 ? 1 : grid.cells[k]) +
-                    2;
-        }
-        most_runs = static_cast<std::size_t>(std::min(runs, 4096.0));
+        const bool any_repeats = std::any_of(grid.repeats, grid.repeats + Dim, [](bool is) { return is; });
+        // Unless they are very many: which task has the most is chance.
+        most_runs = static_cast<std::size_t>(std::min(most_runs_of(request), 4096.0));
         const bool shifts = needs_shifts(what), with_images = shifts && any_repeats;
         each_block(n, [&](Scratch& own, std::size_t block, std::size_t begin, std::size_t end) {
             neighbors::BlockFound& found = blocks[block];
@@ -683,7 +744,8 @@ struct NeighborFinder<Dim, T>::Implementation
     {
         neighbors::NeighborGrid<Dim, T> fitted;
         fitted.set_axes(request.cell);
-        if (request.somebody()) fitted.fit(request.a, request.b, static_cast<double>(request.reach()));
+        if (request.somebody())
+            fitted.fit(request.a, request.b, request.rule, static_cast<T>(request.options.skin));
         return fitted;
     }
 

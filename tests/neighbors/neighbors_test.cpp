@@ -105,7 +105,9 @@ System<Dim, T> random_system(Random& random, double steps)
         if (kind == 0) {
             system.cutoff = cutoff;
         } else if (kind == 1) {
-            fill(system.radii_a, system.radii_b, [&] { return random.one_in(4) ? T(0) : cutoff / 2; });
+            fill(system.radii_a, system.radii_b, [&] {
+                return random.one_in(4) ? T(0) : std::ldexp(cutoff, -1 - static_cast<int>(random.below(9)));
+            });
             for (auto* radii : {&system.radii_a, &system.radii_b})
                 if (!radii->empty()) radii->front() = cutoff;
             system.greater = random.one_in(2);
@@ -724,6 +726,102 @@ TEST(Neighbors, ASteadyCallAllocatesNothingAndAFailedOneLeavesAnEmptyList)
         EXPECT_EQ(memory.allocations, before);
     }
     EXPECT_EQ(memory.bytes, 0u);
+}
+
+/// Radii of which the greatest are a million times the smallest, also where squares are below the range of T,
+/// and cutoffs that touch exactly.
+TEST(Neighbors, MayHaveRadiiOfAnySizes)
+{
+    for_each_kind([](auto kind) {
+        constexpr int Dim = decltype(kind)::dim;
+        using T = typename decltype(kind)::Number;
+        Random random(10);
+        auto finders = one_of_each_set<Dim, T>();
+        std::size_t found = 0;
+        for (std::size_t round = 0; round < 18; ++round) {
+            const int halvings = round % 3 == 0 ? 3 : round % 3 == 1 ? 9 : 28;
+            const T size = round % 2 == 0 ? T(1) : std::sqrt(std::numeric_limits<T>::min());
+            System<Dim, T> system = large_system<Dim, T>(random, 120);
+            system.two_sets = random.one_in(3);
+            system.greater = random.one_in(2);
+            system.cutoff = 0;
+            if (system.two_sets) system.b = large_system<Dim, T>(random, 70).a;
+            if (random.one_in(4)) system.cell = {};
+            for (Vec<Dim, T>& vector : system.cell.vectors)
+                vector *= size;
+            const auto fill = [&](auto& points, auto& radii) {
+                for (std::size_t i = 0; i < points.size(); ++i) { // who is small is where others are
+                    const T small = std::ldexp(T(1), -static_cast<int>(random.below(1 + halvings)));
+                    radii.push_back(random.one_in(20) ? T(0) : 2 * size * small);
+                    points[i] *= size;
+                    if (i == 0 || small > T(0.25)) continue;
+                    points[i] = points[random.below(static_cast<std::uint32_t>(i))];
+                    for (int d = 0; d < Dim; ++d)
+                        points[i][d] += 8 * size * small * random.template between<T>(-1, 1);
+                }
+                radii[0] = 2 * size;
+            };
+            fill(system.a, system.radii_a);
+            if (system.two_sets) fill(system.b, system.radii_b);
+            for (std::size_t i = 1; i < system.a.size(); i += 2) { // touch who comes before
+                const T apart = std::sqrt(square_by_definition(vector_by_definition(
+                    system, system.a[i], (system.two_sets ? system.b : system.a)[i / 2], Shift<Dim>{})));
+                if (apart <= 2 * size) system.radii_a[i] = apart;
+            }
+            NeighborFinder<Dim, T>& finder = finders[round % finders.size()];
+            const bool half = !system.two_sets && random.one_in(2);
+            const auto expected = by_definition(system, half);
+            ASSERT_EQ(rows_of(system.find(finder, {.half = half})), expected) << "round " << round;
+            const double skin = static_cast<double>(size) * (random.one_in(2) ? 0.01 : 0.3);
+            ASSERT_EQ(rows_of(system.find(finder, {.half = half, .skin = skin})), expected) << round;
+            for (const auto& row : expected)
+                found += row.size();
+        }
+        EXPECT_GT(found, 10'000u);
+    });
+}
+
+/// Then points are neighbours that lie further apart than their cutoff.
+TEST(Neighbors, MayHaveRadiiWhoseSquaresAreBelowTheRange)
+{
+    for_each_kind([](auto kind) {
+        constexpr int Dim = decltype(kind)::dim;
+        using T = typename decltype(kind)::Number;
+        Random random(12);
+        const T unit = std::sqrt(std::numeric_limits<T>::denorm_min());
+        System<Dim, T> system;
+        system.a.assign(400, {});
+        system.radii_a.assign(400, T(0.4) * unit);
+        system.radii_a[0] = std::sqrt(std::numeric_limits<T>::min());
+        for (Vec<Dim, T>& point : system.a)
+            for (int d = 0; d < 2; ++d)
+                point[d] = T(2.2) * unit * random.template unit<T>();
+        NeighborFinder<Dim, T> finder;
+        ASSERT_EQ(rows_of(system.find(finder)), by_definition(system, false));
+    });
+}
+
+/// Many in few places: those have cells as large as their cutoff, and not as their average density asks for.
+TEST(Neighbors, MayCrowdTogether)
+{
+    for_each_kind([](auto kind) {
+        constexpr int Dim = decltype(kind)::dim;
+        using T = typename decltype(kind)::Number;
+        Random random(11);
+        System<Dim, T> system = large_system<Dim, T>(random, 1000);
+        system.cell = {};
+        system.cutoff = 0;
+        for (std::size_t i = 0; i < system.a.size(); ++i) {
+            for (int d = 0; d < Dim && i % 8 != 0; ++d)
+                system.a[i][d] = T(i % 2) + T(0.5) * random.template unit<T>();
+            system.radii_a.push_back(i % 5 == 0 ? T(0.05) : T(0.02));
+        }
+        NeighborFinder<Dim, T> finder;
+        ASSERT_EQ(rows_of(system.find(finder)), by_definition(system, false));
+        system.radii_a.clear();
+        system.cutoff = T(0.05);
+        ASSERT_EQ(rows_of(system.find(finder)), by_definition(system, false));
+    });
 }
 
 /// Most of space is empty: the grid has as many cells as it may and no more.

@@ -41,11 +41,13 @@ HWY_ATTR std::size_t select(const T* const (&axes)[3], std::size_t begin, std::s
     return count;
 }
 
-template <bool with_images, int Dim, class T>
+template <bool with_images, bool with_radii, int Dim, class T>
 HWY_ATTR void find_in_columns(const NearbyColumns<T>& columns, std::size_t first,
-                              const jostle::Vec<Dim, T>& here, T sure, T near, RowFound& row)
+                              const jostle::Vec<Dim, T>& here, const RowCutoff<T>& cutoff, RowFound& row)
 {
-    const Vec<T> most = Vec<T>(near), surely = Vec<T>(sure);
+    constexpr T some = 16 * std::numeric_limits<T>::epsilon();
+    const Vec<T> radius = Vec<T>(cutoff.radius), slack = Vec<T>(cutoff.slack), more = Vec<T>(cutoff.more);
+    Vec<T> most = Vec<T>(cutoff.near), surely = Vec<T>(cutoff.sure);
     std::size_t count = 0;
     for (std::size_t k = first; k < columns.count; k += NeighborNumbers::size) {
         unsigned close = 0, decided = 0;
@@ -55,9 +57,18 @@ HWY_ATTR void find_in_columns(const NearbyColumns<T>& columns, std::size_t first
                 const Vec<T> apart = Vec<T>::loadu(columns.at[d] + k + part * Vec<T>::size) - Vec<T>(here[d]);
                 square = d == 0 ? apart * apart : square + apart * apart;
             }
+            if constexpr (with_radii) {
+                const Vec<T> other = Vec<T>::loadu(columns.radius + k + part * Vec<T>::size);
+                const Vec<T> within = (cutoff.greater ? max(radius, other) : radius + other) + more;
+                const Vec<T> outer = (within + slack) * Vec<T>(1 + some),
+                             inner = (within - slack) * Vec<T>(1 - some);
+                most = outer * outer;
+                surely = inner * abs(inner); // nothing is below 0
+            }
             close |= mask_bits(square <= most) << (part * Vec<T>::size);
             decided |= mask_bits(square <= surely) << (part * Vec<T>::size);
         }
+        if constexpr (with_radii) decided = cutoff.any_sure ? decided : 0;
         compress(NeighborNumbers::loadu(columns.index + k), close).storeu(row.index + count);
         if constexpr (with_images)
             compress(NeighborNumbers::loadu(columns.image + k), close).storeu(row.image + count);
@@ -74,13 +85,13 @@ HWY_ATTR void find_in_columns(const NearbyColumns<T>& columns, std::size_t first
 
 template <int Dim, class T>
 HWY_ATTR void find_row(const NearbyColumns<T>& columns, std::size_t first, const jostle::Vec<Dim, T>& here,
-                       T sure, T near, RowFound& row)
+                       const RowCutoff<T>& cutoff, RowFound& row)
 {
     row.unsure_count = 0;
-    if (columns.image != nullptr)
-        find_in_columns<true, Dim, T>(columns, first, here, sure, near, row);
-    else
-        find_in_columns<false, Dim, T>(columns, first, here, sure, near, row);
+    const bool images = columns.image != nullptr, radii = columns.radius != nullptr;
+    (images  ? radii ? find_in_columns<true, true, Dim, T> : find_in_columns<true, false, Dim, T>
+      : radii ? find_in_columns<false, true, Dim, T>
+             : find_in_columns<false, false, Dim, T>)(columns, first, here, cutoff, row);
 }
 
 template <class T>

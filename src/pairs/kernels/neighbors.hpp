@@ -28,7 +28,20 @@ struct NearbyColumns
     T* at[3];             ///< by axis; as many as the padding are NaN behind the last, and so are near nobody
     std::uint32_t* index; ///< of the point
     std::uint32_t* image; ///< which image of it; null where nobody wants to know
+    const T* radius;      ///< null unless cutoffs are of radii
     std::size_t count;
+};
+
+/// Within which distances a row has neighbours.
+template <class T>
+struct RowCutoff
+{
+    T sure, near; ///< squares: who is at most `sure` away is near, and nobody is who is further than `near`
+    // Of radii each column has a cutoff of its own: with `radius` their sum, or the greater one, and `more`.
+    // Who is nearer than it by `slack` is near, and nobody is who is further by as much.
+    T radius, more, slack;
+    bool greater;
+    bool any_sure; ///< else nobody is sure
 };
 
 /// A neighbour that the test of wrapped points can't tell.
@@ -56,10 +69,10 @@ struct NeighborKernels
     /// one in the box is among them: the same operations, and each of them is monotonic.
     std::size_t (*select)(const T* const (&axes)[3], std::size_t begin, std::size_t end,
                           const Vec<Dim, T>& by, const Extent<Dim, T>& box, T near, std::uint32_t* selected);
-    /// Writes which points of the columns, from `first` on, are so near that the square of the distance is at
-    /// most `near`; where it is above `sure`, they are listed as unsure as well.
-    void (*find_row)(const NearbyColumns<T>& columns, std::size_t first, const Vec<Dim, T>& here, T sure,
-                     T near, RowFound& row);
+    /// Writes which points of the columns, from `first` on, may be near, and lists those that aren't surely so
+    /// as unsure as well.
+    void (*find_row)(const NearbyColumns<T>& columns, std::size_t first, const Vec<Dim, T>& here,
+                     const RowCutoff<T>& cutoff, RowFound& row);
     /// Of neighbours at these distances, as long as they were kept, sets the bits of those that are at most
     /// `near`, 32 a word, and clears all others. Of these it writes which are above `sure`, and returns how
     /// many.
