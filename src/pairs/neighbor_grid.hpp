@@ -48,37 +48,57 @@ inline std::string set_text(const char* set)
     throw Error(ErrorCode::invalid_argument, message, index);
 }
 
-/// The vectors of the definition. The sums of the cell's vectors for shifts of at most 1, as most are, wait
-/// in a table.
+/// An image's number in one word, of so many bits for each axis.
+template <int Dim>
+std::uint32_t code_of(const Periods<Dim>& image, int bits)
+{
+    std::uint32_t code = 0;
+    for (const std::int32_t periods : image)
+        code = code << bits | static_cast<std::uint32_t>(periods + (1 << (bits - 1)));
+    return code;
+}
+template <int Dim>
+Periods<Dim> image_of(std::uint32_t code, int bits)
+{
+    Periods<Dim> image;
+    for (std::size_t k = detail::axes<Dim>; k-- > 0; code >>= bits)
+        image[k] = static_cast<std::int32_t>(code % (1u << bits)) - (1 << (bits - 1));
+    return image;
+}
+constexpr int any_bits = 10, near_bits = 2; // the second for images next to the cell, as most are
+static_assert(most_images + 2 < 1 << (any_bits - 1));
+
+/// The vectors of the definition. The sums of the cell's vectors for images next to it wait in a table.
 template <int Dim, class T>
 class ShiftedVectors
 {
   public:
     explicit ShiftedVectors(const PeriodicCell<Dim, T>& cell) : cell_(cell)
     {
-        for (std::uint32_t k = 0; k < near_shifts; ++k) {
-            Periods<Dim> shift;
-            std::uint32_t rest = k;
-            for (std::size_t d = detail::axes<Dim>; d-- > 0; rest /= 3)
-                shift[d] = static_cast<std::int32_t>(rest % 3) - 1;
-            sums_[k] = sum_of(shift);
+        for (std::uint32_t code = 0; code < near_codes; ++code) {
+            near_[code].shift = image_of<Dim>(code, near_bits);
+            near_[code].sum = sum_of(near_[code].shift);
         }
     }
+
+    /// A shift of at most 1 along each axis, by its code of near_bits.
+    struct Shifted
+    {
+        Periods<Dim> shift;
+        Vec<Dim, T> sum;
+    };
+    const Shifted& near(std::uint32_t code) const { return near_[code]; }
 
     Vec<Dim, T> between(const Vec<Dim, T>& from, const Vec<Dim, T>& to, const Periods<Dim>& shift) const
     {
-        std::uint32_t number = 0;
         bool is_near = true;
-        for (const std::int32_t periods : shift) {
-            const std::uint32_t digit = static_cast<std::uint32_t>(periods) + 1;
-            is_near &= digit < 3;
-            number = number * 3 + digit;
-        }
-        return (to - from) + (is_near ? sums_[number] : sum_of(shift));
+        for (const std::int32_t periods : shift)
+            is_near &= static_cast<std::uint32_t>(periods) + 1 < 3;
+        return (to - from) + (is_near ? near_[code_of<Dim>(shift, near_bits)].sum : sum_of(shift));
     }
 
   private:
-    static constexpr std::uint32_t near_shifts = Dim == 3 ? 27 : 9;
+    static constexpr std::uint32_t near_codes = 1u << (near_bits * Dim);
 
     Vec<Dim, T> sum_of(const Periods<Dim>& shift) const
     {
@@ -92,7 +112,7 @@ class ShiftedVectors
     }
 
     PeriodicCell<Dim, T> cell_;
-    Vec<Dim, T> sums_[near_shifts];
+    Shifted near_[near_codes];
 };
 
 /// One set as a call sees it.

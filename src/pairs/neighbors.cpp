@@ -33,27 +33,6 @@ namespace {
 
 constexpr std::size_t rows_per_block = 128; // of work; up to three blocks are done by the calling thread
 constexpr std::size_t systems_per_block = 16;
-constexpr int image_bits = 10; // of an image's number along an axis, in the key of a neighbour
-constexpr std::int64_t image_bias = 1 << (image_bits - 1);
-static_assert(most_images + 2 < image_bias);
-
-/// An image's number in one word.
-template <int Dim>
-std::uint32_t code_of(const Periods<Dim>& image)
-{
-    std::uint32_t code = 0;
-    for (const std::int32_t periods : image)
-        code = code << image_bits | static_cast<std::uint32_t>(periods + image_bias);
-    return code;
-}
-template <int Dim>
-Periods<Dim> image_of(std::uint32_t code)
-{
-    Periods<Dim> image;
-    for (std::size_t k = detail::axes<Dim>; k-- > 0; code >>= image_bits)
-        image[k] = static_cast<std::int32_t>(code % (1u << image_bits)) - std::int32_t{image_bias};
-    return image;
-}
 
 /// Points of the grid that follow each other in memory, all shifted in the same way, and the square of the
 /// distance within which they may be neighbours.
@@ -207,6 +186,7 @@ struct NeighborFinder<Dim, T>::Implementation
     std::atomic<bool> in_use{false};
     neighbors::NeighborGrid<Dim, T> grid;
     neighbors::GridPoints<Dim, T> grid_a, grid_b; ///< one set has the first alone
+    int image_bits = neighbors::any_bits;         ///< of codes
     std::pmr::vector<Scratch> scratch;            ///< of each task
     std::pmr::vector<neighbors::BlockFound> blocks;
     Buffer<std::uint64_t> counts;                ///< of each row
@@ -314,7 +294,8 @@ struct NeighborFinder<Dim, T>::Implementation
                     Vec<Dim, double> by{};
                     for (int d = 0; d < Dim; ++d)
                         by += grid.vectors[d] * static_cast<double>(image[static_cast<std::size_t>(d)]);
-                    runs.push_back({begin, stop, Vec<Dim, T>(by), near, neighbors::code_of<Dim>(image)});
+                    runs.push_back(
+                        {begin, stop, Vec<Dim, T>(by), near, neighbors::code_of<Dim>(image, image_bits)});
                 }
             };
             along(along, 0);
@@ -402,7 +383,7 @@ struct NeighborFinder<Dim, T>::Implementation
         sorted = radix_sort<8, 2>(
             sorted, around.spare.data(), static_cast<std::uint32_t>(count), [](std::uint64_t v) { return v; },
             ((std::uint64_t{1} << bits) - 1) << 32, std::max(1, (bits + passes - 1) / std::max(passes, 1)));
-        const std::uint32_t here = neighbors::code_of<Dim>({});
+        const std::uint32_t here = neighbors::code_of<Dim>({}, image_bits);
         for (std::size_t k = 0; k < count; ++k) {
             const auto chosen = static_cast<std::uint32_t>(sorted[k]);
             const std::uint32_t place = around.selected[chosen];
@@ -475,7 +456,7 @@ struct NeighborFinder<Dim, T>::Implementation
             const neighbors::GridPoint<Dim, T>& other = b.points[own.around.place[each.nearby]];
             const T own_cutoff = request.rule(from.radius, from.type, other.radius, other.type);
             const T most = own_cutoff + skin;
-            const auto image = neighbors::image_of<Dim>(own.around.image[each.nearby]);
+            const auto image = neighbors::image_of<Dim>(own.around.image[each.nearby], image_bits);
             const Vec<Dim, T> apart =
                 request.vectors.between(from.at, other.at, shift_of(image, from.wrapped, other.wrapped));
             if (own_cutoff > 0 && dot(apart, apart) <= most * most) continue;
@@ -495,7 +476,7 @@ struct NeighborFinder<Dim, T>::Implementation
     }
 
     /// Writes what blocks have found, in the order of the grid or of the rows. write(block, at, row, first,
-    /// count) writes neighbours and shifts: those of this row, which begin at `at` of the block's.
+    /// count) writes all of a row but distances: its neighbours begin at `at` of the block's.
     template <class Write>
     void store(const Request& request, const neighbors::RowRange& rows, const NeighborOptions& what,
                neighbors::StoredNeighbors<Dim, T>& into, bool in_grid, const Write& write)
@@ -517,15 +498,20 @@ struct NeighborFinder<Dim, T>::Implementation
                                   count = offsets[row - rows.first + 1] - first;
                 write(blocks[block], at, row, first, count);
                 at += count;
-                if (!what.vectors && !what.distances) continue;
+                if (!what.distances) continue;
                 for (std::size_t k = first; k < first + count; ++k) {
-                    const Vec<Dim, T> apart = request.vectors.between(
-                        request.a.points[row], request.b.points[into.neighbors[k]], into.shifts[k]);
-                    if (what.vectors) into.vectors[k] = apart;
-                    if (what.distances) into.distances[k] = length(apart);
+                    const Vec<Dim, T> apart =
+                        what.vectors ? into.vectors[k] : vector_of(request, row, into, k);
+                    into.distances[k] = length(apart);
                 }
             }
         });
+    }
+    static Vec<Dim, T> vector_of(const Request& request, std::size_t row,
+                                 neighbors::StoredNeighbors<Dim, T>& into, std::size_t k)
+    {
+        return request.vectors.between(request.a.points[row], request.b.points[into.neighbors[k]],
+                                       into.shifts[k]);
     }
     static bool needs_shifts(const NeighborOptions& what)
     {
@@ -536,6 +522,10 @@ struct NeighborFinder<Dim, T>::Implementation
     void fill_grid(const Request& request)
     {
         if (!request.somebody()) return;
+        image_bits = neighbors::near_bits;
+        for (int k = 0; k < Dim; ++k)
+            if (grid.repeats[k] && !(grid.reach(static_cast<double>(request.reach()), k) < 1))
+                image_bits = neighbors::any_bits;
         const auto in_cell = [&](std::size_t c) {
             return grid_a.in_cell(c) + (request.two_sets ? grid_b.in_cell(c) : 0);
         };
@@ -580,18 +570,30 @@ struct NeighborFinder<Dim, T>::Implementation
             }
         });
         const bool any_wrapped = grid_a.any_wrapped || b.any_wrapped;
+        const Vec<Dim, T>* const points = request.b.points.data();
+        const std::uint32_t here = neighbors::code_of<Dim>({}, image_bits);
         store(request, rows, what, into, true,
               [&](neighbors::BlockFound& found, std::size_t at, std::size_t row, std::size_t first,
                   std::size_t count) {
                   std::copy_n(found.index.data() + at, count, into.neighbors.data() + first);
                   if (!shifts) return;
+                  const std::uint32_t* const neighbor = into.neighbors.data() + first;
                   neighbors::Periods<Dim>* const to = into.shifts.data() + first;
+                  Vec<Dim, T>* const vectors = what.vectors ? into.vectors.data() + first : nullptr;
+                  const Vec<Dim, T> from = request.a.points[row];
+                  const auto code = [&](std::size_t k) { return with_images ? found.image[at + k] : here; };
+                  if (!any_wrapped && image_bits == neighbors::near_bits) {
+                      for (std::size_t k = 0; k < count; ++k) {
+                          const auto& near = request.vectors.near(code(k));
+                          to[k] = near.shift;
+                          if (vectors != nullptr) vectors[k] = (points[neighbor[k]] - from) + near.sum;
+                      }
+                      return;
+                  }
                   for (std::size_t k = 0; k < count; ++k) {
-                      const auto image = with_images ? neighbors::image_of<Dim>(found.image[at + k])
-                                                     : neighbors::Periods<Dim>{};
-                      to[k] = any_wrapped
-                                  ? shift_of(image, grid_a.periods[row], b.periods[into.neighbors[first + k]])
-                                  : image;
+                      to[k] = shift_of(neighbors::image_of<Dim>(code(k), image_bits), grid_a.periods[row],
+                                       b.periods[neighbor[k]]);
+                      if (vectors != nullptr) vectors[k] = vector_of(request, row, into, first + k);
                   }
               });
     }
@@ -645,8 +647,11 @@ struct NeighborFinder<Dim, T>::Implementation
               [&](neighbors::BlockFound& found, std::size_t at, std::size_t row, std::size_t first,
                   std::size_t count) {
                   std::copy_n(found.index.data() + at, count, result.neighbors.data() + first);
-                  for (std::size_t k = 0; shifts && k < count; ++k)
+                  for (std::size_t k = 0; shifts && k < count; ++k) {
                       result.shifts[first + k] = kept.shifts[kept.offsets[row] + found.image[at + k]];
+                      if (request.options.vectors)
+                          result.vectors[first + k] = vector_of(request, row, result, first + k);
+                  }
               });
     }
 

@@ -150,6 +150,20 @@ std::vector<std::uint32_t> neighbors_of(const NeighborList<Dim, T>& list)
     return {list.neighbors.begin(), list.neighbors.end()};
 }
 
+template <int Dim, class T>
+void expect_vectors(const System<Dim, T>& system, const NeighborList<Dim, T>& list)
+{
+    ASSERT_EQ(list.vectors.size(), list.neighbors.size());
+    ASSERT_EQ(list.distances.size(), list.neighbors.size());
+    for (std::size_t i = 0; i < system.a.size(); ++i)
+        for (std::uint64_t k = list.offsets[i]; k < list.offsets[i + 1]; ++k) {
+            const auto& other = (system.two_sets ? system.b : system.a)[list.neighbors[k]];
+            const auto vector = vector_by_definition(system, system.a[i], other, list.shifts[k]);
+            ASSERT_EQ(list.vectors[k], vector);
+            ASSERT_EQ(list.distances[k], std::sqrt(square_by_definition(vector)));
+        }
+}
+
 TEST(Neighbors, AreWhatTheDefinitionSays)
 {
     const auto rounds = contract::environment_number("JOSTLE_NEIGHBOR_ROUNDS", 300);
@@ -170,6 +184,8 @@ TEST(Neighbors, AreWhatTheDefinitionSays)
             const auto& bare = system.find(finder, {.half = half, .shifts = false});
             ASSERT_EQ(neighbors_of(bare), neighbors) << "without shifts";
             ASSERT_TRUE(bare.shifts.empty());
+            expect_vectors(system, system.find(finder, {.half = half, .vectors = true, .distances = true}));
+            ASSERT_FALSE(testing::Test::HasFailure()) << contract::kind_name<Dim, T>() << " round " << round;
             for (std::size_t i = 0; i < rows.size(); ++i)
                 for (const auto& [j, shift] : rows[i]) {
                     ++found;
@@ -283,15 +299,7 @@ TEST(Neighbors, AreTheSameOnAnyThreads)
             NeighborFinder<Dim, T> finder({.executor = each.executor.get(), .instruction_set = set});
             const auto& list = system.find(finder, {.vectors = true, .distances = true});
             ASSERT_EQ(rows_of(list), expected) << each.name;
-            ASSERT_EQ(list.vectors.size(), list.neighbors.size());
-            ASSERT_EQ(list.distances.size(), list.neighbors.size());
-            for (std::size_t i = 0; i < system.a.size(); ++i)
-                for (std::uint64_t k = list.offsets[i]; k < list.offsets[i + 1]; ++k) {
-                    const auto vector = vector_by_definition(system, system.a[i], system.a[list.neighbors[k]],
-                                                             list.shifts[k]);
-                    ASSERT_EQ(list.vectors[k], vector);
-                    ASSERT_EQ(list.distances[k], std::sqrt(square_by_definition(vector)));
-                }
+            expect_vectors(system, list);
         }
     });
 }

@@ -69,8 +69,8 @@ struct NeighborKernels
     /// one in the box is among them: the same operations, and each of them is monotonic.
     std::size_t (*select)(const T* const (&axes)[3], std::size_t begin, std::size_t end,
                           const Vec<Dim, T>& by, const Extent<Dim, T>& box, T near, std::uint32_t* selected);
-    /// Writes which points of the columns, from `first` on, may be near, and lists those that aren't surely so
-    /// as unsure as well.
+    /// Writes which points of the columns, from `first` on, may be near, and lists those that aren't surely
+    /// so as unsure as well.
     void (*find_row)(const NearbyColumns<T>& columns, std::size_t first, const Vec<Dim, T>& here,
                      const RowCutoff<T>& cutoff, RowFound& row);
     /// Of neighbours at these distances, as long as they were kept, sets the bits of those that are at most
