@@ -16,6 +16,7 @@ from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
+import bindings  # noqa: E402
 import reference  # noqa: E402
 
 root = pathlib.Path(__file__).resolve().parents[2]
@@ -75,7 +76,7 @@ def on_post_build(config):
     index["docs"] = [doc for doc in index["docs"] if not not_searched.match(doc["location"])]
     for doc in index["docs"]:
         if doc["location"].startswith("reference/"): # names are in titles; declarations follow
-            doc["text"] = doc["text"][:0 if "jostle_h/" in doc["location"] else 400]
+            doc["text"] = doc["text"][:200 if "_hpp/" in doc["location"] else 0]
     found = {doc["location"]: doc for doc in index["docs"]}
     for location, tags in words.items():
         if location not in found:
@@ -104,8 +105,10 @@ def on_files(files, config):
     for page in sorted(root.glob("*.md")):
         add(page.name, "overview.md" if page.name == "README.md" else page.name)
     for place, text in reference.pages(root / "include/jostle").items():
-        name = "reference/index.md" if place == "" else f"reference/{posixpath.basename(place).replace('.', '_')}.md"
-        add(place or "include/jostle", name, text)
+        name = "index" if place == "" else place.removeprefix("include/jostle/").replace(".", "_")
+        add(place or "include/jostle", f"reference/{name}.md", text)
+    for place, (name, text) in bindings.pages(root).items():
+        add(place, name, text)
 
     # Whatever these pages lead to, and what that leads to.
     unread = list(names)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The reference: a page for each public header, from its own comments.
+"""The reference of C++ and C: a page for each public header, from its own comments; of jostle.h one for each part.
 
 Doxygen reads the headers: which declarations there are, where, and what the comment of each says. Declarations are
 shown as they stand in the source; enums, and structs that are but data, whole and with the comments in them.
@@ -31,6 +31,8 @@ QUIET = YES
 WARN_AS_ERROR = FAIL_ON_WARNINGS
 """
 header_names = set()
+guides = [] # blocks of code, each with the place of its page
+c_places = {} # of each type and function of jostle.h: its page and anchor
 not_public = re.compile(r"(^|::)(detail|std)(::|$)")
 
 
@@ -42,6 +44,10 @@ def pages(folder):
                      for file in sorted(pathlib.Path(out, "xml").glob("*.xml"))
                      if file.name not in ("index.xml", "Doxyfile.xml")]
     header_names.update(file.name for file in folder.iterdir())
+    root = folder.parents[1]
+    for page in [root / "README.md", *sorted((root / "docs/guide").glob("*.md"))]:
+        blocks = re.findall(r"^```cpp\n(.*?)^```$", page.read_text(), re.MULTILINE | re.DOTALL)
+        guides.extend((page.relative_to(root).as_posix(), block) for block in blocks)
     headers = {file.name: Header(file) for file in sorted(folder.iterdir())}
     for compound in compounds:
         kind, name = compound.get("kind"), compound.findtext("compoundname")
@@ -56,7 +62,9 @@ def pages(folder):
             for member in compound.iter("memberdef"):
                 headers[pathlib.Path(member.find("location").get("file")).name].add(member)
     known = {name: f"include/jostle/{header.name}#{name}" for header in headers.values() for name in header.type_names()}
-    written = {f"include/jostle/{header.name}": header.page(known) for header in headers.values()}
+    written = {}
+    for header in headers.values():
+        written |= header.pages(known)
     lines = ["# Reference", "", "All headers of Jostle, from their own comments. Begin with", "[jostle.hpp](include/jostle/jostle.hpp),"
              " which lists what each is for; C programs include [jostle.h](include/jostle/jostle.h) alone.", "",
              "| header | declares |", "|---|---|"]
@@ -94,20 +102,65 @@ class Header:
         types = self.type_names() # which deduction guides are named after
         return list(dict.fromkeys(name for name in names if name not in types and not name.startswith("operator")))
 
-    def page(self, known):
+    def pages(self, known):
         self.known = known
         types = [type.findtext("compoundname") for type in self.types] # `typedef struct a {...} a;` is one thing
         members = [member for member in self.members.values() if member.findtext("name") not in types]
+        if self.name == "jostle.h":
+            return self.parts(members)
         about = self.described(self.about)
         if not about and re.search(r"^///.*\n\nJOSTLE_NAMESPACE_BEGIN", "\n".join(self.lines), re.MULTILINE):
             raise RuntimeError(f"{self.name}: the comment that it begins with isn't on its page")
-        text = [f"# {self.name}", *about]
+        text = [f"# {self.name}", *about, *self.example()]
         inner = [(type is not self.main_type(), line_of(type), self.type(type)) for type in self.types]
         for group in self.groups(members):
             inner.append((True, group[0].line, self.entry(group, "##")))
         for _, _, block in sorted(inner, key=lambda each: each[:2]):
             text += block
-        return "\n\n".join(text) + "\n"
+        return {f"include/jostle/{self.name}": "\n\n".join(text) + "\n"}
+
+    def parts(self, members):
+        """jostle.h: a page for each of its parts, which begin with `TITLE: more` between two lines, and one that lists them."""
+        starts = [line for line, text in enumerate(self.lines) if re.match(r"// -{20}", text)][::2]
+        titles = [re.match(r"// ([^:]*):?(.*)", self.lines[line + 1]) for line in starts]
+        inner = {line: [] for line in starts}
+
+        def place(line):
+            begin = max(each for each in starts if each < line)
+            return f"include/jostle/jostle.h/{slug_of(titles[starts.index(begin)][1])}", begin
+
+        declared = [(line_of(type), [name_of(type)], type) for type in self.types]
+        declared += [(group[0].line, [member.name for member in group], group) for group in self.groups(members)]
+        declared.sort(key=lambda each: each[0])
+        for line, names, thing in declared:
+            anchor = slug_of(self.title(thing) if isinstance(thing, list) else names[0])
+            for name in names:
+                c_places.setdefault(name, f"{place(line)[0]}#{anchor}")
+        for line, names, thing in declared:
+            inner[place(line)[1]].append((names, self.entry(thing, "##") if isinstance(thing, list) else self.type(thing)))
+        pages, table = {}, ["| part | declares |", "|---|---|"]
+        for line, title in zip(starts, titles):
+            here = place(line + 1)[0]
+            names = list(dict.fromkeys(name for names, _ in inner[line] for name in names if not name.startswith("@")))
+            table.append(f"| [{title[1]}]({here}) | {', '.join(f'[`{name}`]({c_places[name]})' for name in names)} |")
+            more = [plain(title[2].strip()[:1].upper() + title[2].strip()[1:].removesuffix(".")) + "."] if title[2] else []
+            pages[here] = "\n\n".join([f"# {title[1]}", "A part of [jostle.h](include/jostle/jostle.h).", *more,
+                                       *(block for _, blocks in inner[line] for block in blocks)]) + "\n"
+        pages["include/jostle/jostle.h"] = "\n\n".join(["# jostle.h", *self.described(self.about), "\n".join(table)]) + "\n"
+        return pages
+
+    def example(self):
+        """The first part of a program in the README or a guide that uses what the header is there for, a short one if there
+        is one. Those are compiled by tests."""
+        main = self.main_type()
+        names = ([name_of(main)] if main is not None else []) + self.type_names() + self.function_names()
+        for most in (16, 30):
+            for name in names:
+                for place, block in guides:
+                    code = re.sub(r"//.*", "", block)
+                    if re.search(rf"\b{re.escape(name)}(\d[fd]?)?\b", code) and block.count("\n") <= most:
+                        return [f"In use, from [{place}]({place}):", f"```cpp\n{block}```"]
+        return []
 
     def main_type(self):
         """What the header is there for, and its page begins with: the class of its name, or the one with most functions."""
@@ -238,7 +291,7 @@ class Header:
     def words(self, element):
         inside = "".join(element.itertext())
         if element.tag == "computeroutput":
-            target = self.known.get(inside) if not inside.startswith("jostle_") else None
+            target = (self.known if not inside.startswith("jostle_") else c_places).get(inside)
             return f"[`{inside}`]({target})" if target else f"`{inside}`"
         if element.tag in ("bold", "emphasis"):
             mark = "**" if element.tag == "bold" else "*"
@@ -318,4 +371,5 @@ def plain(text):
     text = re.sub(r"([\\`*\[\]|])", r"\\\1", text).replace("<", "&lt;").replace(">", "&gt;")
     text = re.sub(r"(?<![\w/])\w+\.h(?:pp)?\b",
                   lambda match: f"[{match[0]}](include/jostle/{match[0]})" if match[0] in header_names else match[0], text)
+    text = re.sub(r"(?<![\w/`.])jostle_\w+", lambda match: f"[{match[0]}]({c_places[match[0]]})" if match[0] in c_places else match[0], text)
     return re.sub(r"(docs/[\w/-]+|CHANGELOG)\.md", r"[\g<0>](\g<0>)", text)

@@ -164,6 +164,8 @@ export interface MemoryArray<A extends ArrayBufferView = FloatArray> extends Dis
   readonly length: number;
 }
 
+// --- Pairs -----------------------------------------------------------------------------------------------
+
 /** Which pairs are wanted; what isn't given filters nothing. */
 export interface Filter {
   /**
@@ -324,6 +326,8 @@ export interface Bricks {
   readonly quanta: number;
 }
 
+// --- Scenes, falling bodies ------------------------------------------------------------------------------
+
 export interface SceneInfo {
   readonly name: string;
   readonly summary: string;
@@ -397,7 +401,7 @@ export interface Simulation extends Disposable {
 }
 export type SimulationShape = "sphere" | "cube" | "octahedron";
 
-// --- Neighbour lists -------------------------------------------------------------------------------------
+// --- Neighbor lists --------------------------------------------------------------------------------------
 
 /** Arrays of any kind. */
 export type Rows<T> = ArrayLike<T> | ArrayLike<ArrayLike<T>> | ArrayLike<ArrayLike<ArrayLike<T>>>;

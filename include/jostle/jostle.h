@@ -54,7 +54,7 @@ extern "C" {
 #endif
 
 // ---------------------------------------------------------------------------------------------------------
-// Numbers with names. Their types are of fixed width: an enum's isn't the same with every compiler.
+// Constants: their types are of fixed width, since an enum's isn't the same with every compiler
 // ---------------------------------------------------------------------------------------------------------
 
 /// What a function returns. 1 to 99 are the codes of C++'s ErrorCode (error.hpp).
@@ -201,7 +201,7 @@ enum
 };
 
 // ---------------------------------------------------------------------------------------------------------
-// Handles, and what passes by value
+// Handles: and what passes by value
 // ---------------------------------------------------------------------------------------------------------
 
 typedef struct jostle_executor jostle_executor;               ///< where work runs
@@ -548,7 +548,7 @@ JOSTLE_C_API jostle_status jostle_spatial_order(jostle_space space, const jostle
                                                 jostle_error* error);
 
 // ---------------------------------------------------------------------------------------------------------
-// Space that repeats itself: periodic.hpp
+// Periodic space: periodic.hpp
 // ---------------------------------------------------------------------------------------------------------
 
 /// What boxes and their images are. Everything is valid until the next build.
@@ -582,7 +582,7 @@ JOSTLE_C_API jostle_status jostle_images_filter(jostle_images* images, const jos
                                                 jostle_filter* out, jostle_error* error);
 
 // ---------------------------------------------------------------------------------------------------------
-// Neighbour lists: neighbors.hpp
+// Neighbor lists: neighbors.hpp
 // ---------------------------------------------------------------------------------------------------------
 
 /// What a search for neighbours is given. Numbers are those of the finder's space, side by side; of cutoff,
@@ -650,7 +650,7 @@ JOSTLE_C_API jostle_status jostle_neighbor_finder_release_memory(jostle_neighbor
                                                                  jostle_error* error);
 
 // ---------------------------------------------------------------------------------------------------------
-// Boxes that stay, and queries about them: box_index.hpp
+// Indexes: of boxes that stay, and queries about them (box_index.hpp)
 // ---------------------------------------------------------------------------------------------------------
 
 /// 1: the object may be an answer to the query of this number. 0: not.
@@ -788,7 +788,7 @@ JOSTLE_C_API jostle_status jostle_index_closest_pairs(const jostle_index* index,
                                                       jostle_visit_close_pair_function visit, void* context,
                                                       int32_t* finished, jostle_error* error);
 // ---------------------------------------------------------------------------------------------------------
-// Objects that live, move and rest, and the pairs between them: world.hpp
+// Worlds: of objects that live, move and rest, and the pairs between them (world.hpp)
 // ---------------------------------------------------------------------------------------------------------
 
 /// Whom an object pairs with: jostle::ObjectFilter. Begin with what objects have that are given none:
@@ -1207,7 +1207,7 @@ JOSTLE_C_API jostle_status jostle_bounds(jostle_space space, const jostle_object
                                          jostle_executor* executor, void* boxes, jostle_error* error);
 
 // ---------------------------------------------------------------------------------------------------------
-// Contacts, distances, impacts, casts: contact.hpp, cast.hpp
+// Contacts: and distances, impacts, casts (contact.hpp, cast.hpp)
 // ---------------------------------------------------------------------------------------------------------
 
 /// Where two objects touch: jostle::Contact. The normal is a unit vector from a to b: b moved along it by
@@ -1440,7 +1440,7 @@ JOSTLE_C_API jostle_status jostle_cast_shape(jostle_space space, const jostle_sh
                                              const void* shape_pose, void* hit, jostle_error* error);
 
 // ---------------------------------------------------------------------------------------------------------
-// Inside and outside of closed meshes, in 3D: closed_mesh.hpp
+// Closed meshes: what is inside of them, in 3D (closed_mesh.hpp)
 // ---------------------------------------------------------------------------------------------------------
 
 /// `mesh` is a mesh in 3D without holes.
@@ -1468,7 +1468,7 @@ JOSTLE_C_API jostle_status jostle_closed_mesh_signed_distances(const jostle_clos
                                                                void* distances, jostle_error* error);
 
 // ---------------------------------------------------------------------------------------------------------
-// Surfaces that bend, in 3D: surface.hpp
+// Surfaces that bend: in 3D (surface.hpp)
 // ---------------------------------------------------------------------------------------------------------
 
 /// What a surface is made of: jostle::Surface.
@@ -1681,7 +1681,7 @@ JOSTLE_C_API jostle_status jostle_responses_bytes_reserved(const jostle_response
 JOSTLE_C_API jostle_status jostle_responses_release_memory(jostle_responses* responses, jostle_error* error);
 
 // ---------------------------------------------------------------------------------------------------------
-// Recording a program's boxes, for `jostle compare`
+// Recorder: of a program's boxes, for `jostle compare` (recorder.hpp)
 // ---------------------------------------------------------------------------------------------------------
 
 /// Begins a recording of boxes. `frames_per_second` may be 0; `description`, UTF-8, says where the boxes come

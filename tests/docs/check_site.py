@@ -3,8 +3,10 @@
 """check_site.py SITE: every link within the built site leads to a page or file of it, and every anchor to a place.
 
 Links to elsewhere may stand in the text; a page that would itself fetch something from elsewhere fails. The search
-knows words of the trade, and each visitor loads its index: it is below a megabyte. Headers begin with what they are for.
+knows words of the trade, and each visitor loads its index: it is below a megabyte. Headers begin with an example and with what
+they are for. Every name of C, Python and JavaScript is in the list of its language's reference, and no page is too long.
 """
+import ast
 import html.parser
 import json
 import pathlib
@@ -63,6 +65,18 @@ for header, first in (("find_pairs", "PairFinder"), ("world", "World"), ("contac
     headings = re.findall(r'<h2 id="([^"]*)"', (site / f"reference/{header}_hpp/index.html").read_text())
     if headings[0] != first:
         problems.append(f"{header}.hpp begins with {headings[0]}, which isn't what it is for")
+    if "In use, from" not in (site / f"reference/{header}_hpp/index.html").read_text().partition("<h2")[0]:
+        problems.append(f"{header}.hpp doesn't begin with an example")
+root = pathlib.Path(__file__).resolve().parents[2]
+init = ast.parse((root / "extras/python/jostle/__init__.py").read_text())
+[listed] = [node.value for node in init.body if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__"]
+exported = re.findall(r"^export (?:class|const|function|interface|type) (\w+)", (root / "extras/js/jostle.d.ts").read_text(), re.MULTILINE)
+functions = [each["name"] for each in json.loads((root / "extras/jostle.json").read_text())["functions"]]
+for language, wanted in (("python", set(ast.literal_eval(listed)) - {"ase", "trimesh"}), ("javascript", exported), ("jostle_h", functions)):
+    linked = re.findall(r'<a href="[^"]+"><code>(\w+)</code></a>', (site / f"reference/{language}/index.html").read_text())
+    problems += [f"{language}'s reference doesn't list {name}" for name in sorted(set(wanted) - set(linked))]
+problems += [f"{file.parent.relative_to(site)} has {file.stat().st_size} bytes" for file in site.glob("reference/**/index.html")
+             if file.stat().st_size > 250_000]
 
 print(*problems, sep="\n", end="\n" if problems else "")
 print(f"{len(pages)} pages, {checked} links, {len(problems)} of them wrong")
