@@ -1,7 +1,8 @@
-// Makes the moving picture of the README from the page: node extras/web/picture.mjs DIR docs/images/page.webp
-// DIR is what extras/web/build wrote. Needs chromium, and img2webp of Debian's package webp.
+// Makes the picture of the README from the page: node extras/web/picture.mjs DIR docs/images/page.webp
+// DIR is what extras/web/build wrote. Needs chromium, and cwebp of Debian's package webp.
+// Times are those of bench/results: the same boxes on a quiet machine, which the one that draws needn't be.
 import { execFileSync } from "node:child_process";
-import { mkdtempSync, rmSync, statSync } from "node:fs";
+import { mkdtempSync, readFileSync, rmSync, statSync } from "node:fs";
 import { tmpdir } from "node:os";
 import path from "node:path";
 
@@ -10,12 +11,18 @@ import { preview } from "vite";
 
 const [folder, out] = process.argv.slice(2).map((name) => path.resolve(name));
 if (out === undefined) throw new Error("say what and where: node extras/web/picture.mjs DIR OUT.webp");
-const pictures = 24; // forward, and then back again, so that it has no end
-const [width, height] = [800, 420];
+const here = import.meta.dirname ?? path.dirname(new URL(import.meta.url).pathname);
+const [width, height, scene, n] = [800, 420, "powerlaw", 100_000];
+
+const measured = JSON.parse(
+  readFileSync(path.join(here, "../../bench/results/epyc-zen5-2-cores/peers-3d.json"), "utf8"),
+).filter((row) => row.scene === scene && row.n === n && row.threads === 1 && row.system !== "floor");
+const times = measured.map(({ system, median_ms }) => [system, median_ms]).sort((a, b) => a[1] - b[1]);
+if (times[0]?.[0] !== "jostle" || times.length < 2) throw new Error("nothing to compare with, or lost: choose another scene");
 
 const server = await preview({
   configFile: false,
-  root: import.meta.dirname ?? path.dirname(new URL(import.meta.url).pathname),
+  root: here,
   build: { outDir: folder },
   preview: {
     host: "127.0.0.1",
@@ -26,48 +33,44 @@ const server = await preview({
 const scratch = mkdtempSync(path.join(tmpdir(), "jostle-picture-"));
 const browser = await chromium.launch({ executablePath: "/usr/bin/chromium", args: ["--no-sandbox"] });
 try {
-  // Twice the pixels, since a processor that draws leaves half of them out.
+  // Four times the pixels, since a processor that draws may leave half of them out: the picture has twice.
   const page = await browser.newPage({
     viewport: { width, height },
-    deviceScaleFactor: 2,
+    deviceScaleFactor: 4,
     colorScheme: "dark",
   });
   await page.goto(
-    `http://127.0.0.1:${server.httpServer.address().port}/#scene=uniform&n=1200&seed=1&paused=1`,
+    `http://127.0.0.1:${server.httpServer.address().port}/#scene=${scene}&n=${n}&seed=1&paused=1`,
   );
-  // Words stand beside the boxes. Times are those of whatever machine makes the picture, and left out.
+  // Words stand beside the boxes.
   await page.addStyleTag({
-    content: `aside, .hint, nav, .stage::before, .stage::after { display: none !important }
-      .figures div:has(#ms, #brute, #frame) { display: none !important }
+    content: `aside, .hint, nav, .legend, .stage::before, .stage::after { display: none !important }
+      .figures div:has(#frame) { display: none !important }
       main { display: grid; grid-template-columns: 1fr; height: 100% } .stage { height: 100% }
-      canvas { position: absolute; left: 200px; width: calc(100% - 200px); outline: none !important }
-      header { position: fixed; top: 22px; left: 26px; width: 210px; gap: 8px;
+      canvas { position: absolute; left: 230px; width: calc(100% - 230px); outline: none !important }
+      header { position: fixed; top: 26px; left: 30px; width: 250px; gap: 8px;
         flex-direction: column; align-items: start }
-      .figures { left: 26px; bottom: 22px; flex-direction: column; align-items: start }
-      .figures .main dd { font-size: 40px }
-      header .legend { margin-top: 8px }`,
+      .figures { left: 30px; bottom: 26px; gap: 14px; flex-direction: column; align-items: start }
+      .figures div:has(#bodies) { order: -1 } .figures :is(dd, .main dd) { font-size: 34px }`,
   });
-  await page.waitForFunction(() => window.jostle?.stats());
+  await page.waitForFunction(() => window.jostle?.stats(), undefined, { timeout: 120_000 });
   await page.focus("canvas");
-  for (let k = 0; k < 2; ++k) await page.keyboard.press("+"); // nearer
-  const [x, y] = [width / 2, height / 2];
-  await page.mouse.move(x, y);
-  await page.mouse.down(); // turns the view, a little for each picture
-  const files = [];
-  for (let k = 0; k < pictures; ++k) {
-    const { frame } = await page.evaluate(() => window.jostle.stats());
-    await page.keyboard.press(".");
-    await page.waitForFunction((frame) => window.jostle.stats().frame > frame, frame);
-    await page.mouse.move(x + 2 * (k + 1), y);
-    await page.waitForTimeout(300);
-    const file = path.join(scratch, `${String(k).padStart(3, "0")}.png`);
-    await page.screenshot({ path: file, scale: "css" });
-    files.push(file);
-  }
-  const round = [...files, ...files.slice(1, -1).reverse()];
-  execFileSync("img2webp", ["-loop", "0", "-d", "80", "-lossy", "-q", "60", "-m", "6", ...round, "-o", out], {
-    stdio: "inherit",
-  });
+  await page.keyboard.press("-"); // further away
+  await page.waitForTimeout(10_000); // until all of it is drawn
+  await page.evaluate(
+    ([[, ms], [other, otherMs], boxes]) => {
+      const write = (id, text) => (document.getElementById(id).textContent = text);
+      write("bodies", boxes.toLocaleString("en"));
+      write("ms-label", "with Jostle, on one core");
+      write("ms", `${ms.toFixed(1)} ms`);
+      write("brute-label", `with ${other[0].toUpperCase()}${other.slice(1)}, on one core`);
+      write("brute", `${otherMs.toFixed(0)} ms`);
+    },
+    [...times.slice(0, 2), n],
+  );
+  const file = path.join(scratch, "page.png");
+  await page.screenshot({ path: file, timeout: 120_000 });
+  execFileSync("cwebp", ["-quiet", "-q", "70", "-m", "6", "-resize", `${2 * width}`, "0", file, "-o", out]);
   console.log(`${out}: ${Math.round(statSync(out).size / 1000)} kB`);
 } finally {
   await browser.close();
