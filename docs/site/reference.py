@@ -66,7 +66,8 @@ def pages(folder):
     for header in headers.values():
         written |= header.pages(known)
     lines = ["# Reference", "", "All headers of Jostle, from their own comments. Begin with", "[jostle.hpp](include/jostle/jostle.hpp),"
-             " which lists what each is for; C programs include [jostle.h](include/jostle/jostle.h) alone.", "",
+             " which lists what each is for. C programs include [jostle.h](include/jostle/jostle.h) alone;",
+             "[Python](extras/python/jostle/__init__.py) and [JavaScript](extras/js/jostle.d.ts) have lists of their own.", "",
              "| header | declares |", "|---|---|"]
     for header in headers.values():
         names = [f"[`{name}`](include/jostle/{header.name}#{name})" for name in header.type_names()]
