@@ -20,8 +20,8 @@ class BlockBufferAccess;
 
 namespace detail {
 
-/// An allocator that moves and swaps along with its container, so that neither can fail or copy.
-/// std::pmr::polymorphic_allocator stays where it is instead.
+/// An allocator that moves and swaps with its container, so that neither can fail or copy, as
+/// std::pmr::polymorphic_allocator would.
 template <class Item>
 struct MovingAllocator
 {
@@ -52,12 +52,12 @@ struct MovingAllocator
 
 /// The `Error` for an array that is too short for a buffer's items.
 [[noreturn]] JOSTLE_API void throw_no_room(std::uint64_t room, std::uint64_t size);
-/// The `Error` for a number that no item has.
+/// The `Error` for a number beyond the last item.
 [[noreturn]] JOSTLE_API void throw_no_item(std::uint64_t number, std::uint64_t size);
 
 } // namespace detail
 
-/// Goes through blocks, none of them empty, as if they were one array.
+/// Iterates over blocks, none of them empty, as if they were one array.
 template <class Item>
 class BlockIterator
 {
@@ -109,8 +109,8 @@ class BlockIterator
 ///         for (jostle::Pair pair : block) ...
 ///     std::vector<jostle::Pair> copy = pairs.to_vector();
 ///
-/// One contiguous array would cost a copy of everything; blocks are where the workers wrote them. Iterate
-/// over the blocks in the hot path, over the buffer itself where convenience matters more.
+/// Blocks stay where the threads wrote them; one contiguous array would cost a copy of everything. Iterate
+/// over the blocks in the hot path, and over the buffer itself where convenience matters more.
 ///
 /// Order     blocks, and items inside them, come in the order that the filling call documents.
 /// Lifetime  blocks and iterators stay valid until the buffer is filled again, cleared, moved or destroyed.
@@ -135,7 +135,7 @@ class BlockBuffer
           size_(std::exchange(other.size_, 0))
     {
     }
-    /// Takes over the other's memory resource with its memory, and gives its own memory back.
+    /// Takes over the other buffer's memory and its memory resource, and frees its own memory.
     BlockBuffer& operator=(BlockBuffer&& other) noexcept
     {
         BlockBuffer taken(std::move(other));
@@ -153,7 +153,7 @@ class BlockBuffer
     /// The items, in order; no block is empty.
     [[nodiscard]] std::span<const std::span<const Item>> blocks() const noexcept { return blocks_; }
 
-    /// The item of this number, in the buffer's order. Goes through the blocks up to it, so not for loops.
+    /// Returns item `number` in the buffer's order. It walks through the blocks, so don't call it in a loop.
     /// Errors    `Error` if there are fewer items.
     [[nodiscard]] const Item& at(std::uint64_t number) const
     {
@@ -174,7 +174,8 @@ class BlockBuffer
         return {blocks_.data() + blocks_.size(), blocks_.data() + blocks_.size()};
     }
 
-    /// One array, in the buffer's order. `copy_to` wants room for size() items, or throws.
+    /// Copies the items to one array, in the buffer's order. `copy_to` throws if `out` has no room for size()
+    /// items.
     [[nodiscard]] std::vector<Item> to_vector() const
     {
         std::vector<Item> all;
@@ -191,13 +192,13 @@ class BlockBuffer
             next = std::copy(block.begin(), block.end(), next);
     }
 
-    /// Forgets the items, keeps the memory.
+    /// Removes the items and keeps the memory.
     void clear() noexcept
     {
         blocks_.clear();
         size_ = 0;
     }
-    /// Forgets the items and gives the memory back.
+    /// Removes the items and frees the memory.
     void release() noexcept
     {
         clear();

@@ -35,7 +35,7 @@ using Aabb3d = Aabb<3, double>;
 
 /// True when the closed boxes share at least one point: touching counts as overlapping.
 ///
-/// This is the definition that every engine answers to.
+/// Every engine reports exactly the pairs for which this is true.
 /// Source   Ericson, Real-Time Collision Detection (2005), sec. 4.2.
 template <int Dim, Coordinate T>
 [[nodiscard]] constexpr bool overlaps(const Aabb<Dim, T>& a, const Aabb<Dim, T>& b) noexcept
@@ -45,7 +45,7 @@ template <int Dim, Coordinate T>
     return true;
 }
 
-/// Whether a point lies in the closed box; no NaN does.
+/// Whether a point lies in the closed box; false for NaN.
 template <int Dim, Coordinate T>
 [[nodiscard]] constexpr bool contains(const Aabb<Dim, T>& box, const Vec<Dim, T>& point) noexcept
 {
@@ -53,7 +53,7 @@ template <int Dim, Coordinate T>
         if (!(box.lo[d] <= point[d] && point[d] <= box.hi[d])) return false;
     return true;
 }
-/// Whether no point of `inner` lies outside of the box; false with any NaN.
+/// Whether no point of `inner` lies outside the box; false with any NaN.
 template <int Dim, Coordinate T>
 [[nodiscard]] constexpr bool contains(const Aabb<Dim, T>& box, const Aabb<Dim, T>& inner) noexcept
 {
@@ -62,13 +62,13 @@ template <int Dim, Coordinate T>
     return true;
 }
 
-/// The least box around both. Of a NaN and a number it has a's.
+/// The smallest box around both. Where one bound is NaN, the result has a's.
 template <int Dim, Coordinate T>
 [[nodiscard]] constexpr Aabb<Dim, T> merged(const Aabb<Dim, T>& a, const Aabb<Dim, T>& b) noexcept
 {
     return {min(a.lo, b.lo), max(a.hi, b.hi)};
 }
-/// The box with all sides moved outwards by `by`, or inwards where that is below 0, which may invert it.
+/// The box with all sides moved outwards by `by`, or inwards if `by` is negative, which may invert it.
 /// Rounded to nearest.
 template <int Dim, Coordinate T>
 [[nodiscard]] constexpr Aabb<Dim, T> grown(Aabb<Dim, T> box, std::type_identity_t<T> by) noexcept
@@ -79,28 +79,28 @@ template <int Dim, Coordinate T>
     }
     return box;
 }
-/// The least box around the box and where it is after it has moved by `displacement`. Rounded to nearest.
+/// The smallest box around the box and its position after moving by `displacement`. Rounded to nearest.
 template <int Dim, Coordinate T>
 [[nodiscard]] constexpr Aabb<Dim, T> swept(const Aabb<Dim, T>& box, const Vec<Dim, T>& displacement) noexcept
 {
     return merged(box, {box.lo + displacement, box.hi + displacement});
 }
-/// The middle of a box. NaN on an axis on which it has no end either way.
+/// The centre of a box. NaN on an axis where it is infinite both ways.
 template <int Dim, Coordinate T>
 [[nodiscard]] constexpr Vec<Dim, T> center(const Aabb<Dim, T>& box) noexcept
 {
     return box.lo * T(0.5) + box.hi * T(0.5); // no sum that is beyond T's range
 }
-/// How long a box is on each axis.
+/// The length of a box on each axis.
 template <int Dim, Coordinate T>
 [[nodiscard]] constexpr Vec<Dim, T> size(const Aabb<Dim, T>& box) noexcept
 {
     return box.hi - box.lo;
 }
 
-/// The least box in numbers of type To that holds the box: rounded_outward<float>(box) of doubles. What is
-/// beyond To's range becomes the greatest number of To inwards and infinity outwards. Infinities and NaN
-/// stay.
+/// The smallest box with coordinates of type To that contains the box, such as rounded_outward<float>(box) of
+/// doubles. A bound beyond To's range becomes To's greatest number where it is rounded inwards, and infinity
+/// where it is rounded outwards. Infinities and NaN stay.
 template <Coordinate To, int Dim, Coordinate T>
 [[nodiscard]] Aabb<Dim, To> rounded_outward(const Aabb<Dim, T>& box) noexcept
 {
@@ -153,9 +153,9 @@ class StridedView
     {
     }
 
-    /// The same values over and over, `size` in all: element i is this view's element i % size(). A view that
-    /// repeats already goes on as it did. So the shapes of a robot's links serve for any number of its
-    /// configurations. An empty view has nothing to repeat, and stays empty.
+    /// Returns a view of `size` elements that repeats this one: element i is this view's element i % size().
+    /// So one set of shapes for a robot's links serves any number of configurations. Repeating a view that
+    /// already repeats keeps its period. An empty view stays empty.
     [[nodiscard]] StridedView repeated(std::size_t size) const noexcept
     {
         StridedView view = *this;
@@ -211,7 +211,7 @@ class BoxView
     }
 
     /// Boxes inside structs: `lo` and `hi` point to the Dim consecutive coordinates of the first box, the
-    /// next box's are `stride_bytes` further on. Any stride that keeps T aligned is good, also a negative
+    /// next box's are `stride_bytes` further on. Any stride that keeps T aligned is allowed, also a negative
     /// one.
     [[nodiscard]] static BoxView strided(const T* lo, const T* hi, std::size_t size,
                                          std::ptrdiff_t stride_bytes) noexcept
@@ -255,7 +255,7 @@ class BoxView
         return box;
     }
 
-    /// The boxes [first, first + count) as a view of their own.
+    /// A view of the boxes [first, first + count).
     [[nodiscard]] BoxView subview(std::size_t first, std::size_t count) const noexcept
     {
         BoxView view = *this;
@@ -306,7 +306,7 @@ inline constexpr bool is_box_view<BoxView<Dim, T>> = true;
 } // namespace detail
 
 /// A contiguous container of boxes: std::vector<Aabb3f>, std::array, std::span, a plain array. Functions that
-/// take a BoxView take these as well. Boxes of another type are read by BoxView::strided.
+/// take a BoxView take these as well. For boxes of other types use BoxView::strided.
 template <class Container>
 concept BoxContainer = requires(const Container& boxes) {
     std::span(boxes);

@@ -12,19 +12,18 @@ JOSTLE_NAMESPACE_BEGIN
 // Every class and function that uses threads takes an Executor:
 //
 //     jostle::PairFinder finder({.executor = &jostle::default_executor(2)}); // two threads
-//     jostle::PairFinder quiet({.executor = &jostle::serial_executor()}); // no thread but the caller's
+//     jostle::PairFinder quiet({.executor = &jostle::serial_executor()}); // only the caller's thread
 
-/// Where Jostle's work runs: the one thing asked of a host's job system. Implement these two functions to
-/// keep every thread under the host's control.
+/// Where Jostle's work runs. Implement these two functions to run it on a host's job system.
 ///
 /// `run(count, task)` calls task(i) exactly once for each i in [0, count), in any order, on any threads, even
-/// one after another on the calling thread, and returns after the last has returned. Jostle's tasks share
-/// work through atomic counters, never wait for one another, never throw, and never call `run` from within a
-/// task. Results don't depend on which thread runs what: scratch memory belongs to the task's index. A run
-/// that leaves tasks out is an `Error` of the call that asked for it; one that returns before they have can't
-/// be noticed, and is undefined behaviour.
+/// one after another on the calling thread, and returns after the last call has returned. Jostle's tasks
+/// share work through atomic counters, never wait for one another, never throw, and never call `run`. Results
+/// don't depend on which thread runs which task: scratch memory belongs to the task's index. If `run` leaves
+/// tasks out, the call that used it throws an `Error`. If it returns before all tasks have, the behaviour is
+/// undefined.
 ///
-/// Threads  one executor may serve several callers at a time if its implementation allows it; those below do.
+/// Threads  an executor may serve several callers at a time if its implementation allows it; those below do.
 class JOSTLE_API Executor
 {
   public:
@@ -36,21 +35,20 @@ class JOSTLE_API Executor
     virtual void run(std::uint32_t count, FunctionRef<void(std::uint32_t)> task) = 0;
 };
 
-/// Everything on the calling thread.
+/// Runs everything on the calling thread.
 [[nodiscard]] JOSTLE_API Executor& serial_executor() noexcept;
 
-/// Without a number what calls use that are given no executor: oneTBB with as many threads as the machine has
-/// cores (a pool of std::threads in builds without oneTBB). With one at most that many threads, the caller's
-/// included. oneTBB runs no more than the process allows it (tbb::global_control). There is one executor for
-/// each number that is asked for, made at first use. It stays until the program ends, so nothing that is
-/// given it can outlive it.
+/// The executor that calls use by default: oneTBB with as many threads as the machine has cores (a pool of
+/// std::threads in builds without oneTBB). `threads`, if given, limits the number, the calling thread
+/// included. So does tbb::global_control. There is one executor for each number, made at first use, and it
+/// lives until the program ends.
 [[nodiscard]] JOSTLE_API Executor& default_executor(std::uint32_t threads = 0);
 
-/// A pool of its own: `threads` - 1 std::threads that sleep between calls, plus the caller; 0 means as many
-/// as the machine has cores. Fully visible to thread sanitizers, which oneTBB's packaged library isn't.
+/// Makes a pool of `threads` - 1 std::threads, which sleep between calls; the caller is one more. 0 means as
+/// many as the machine has cores. Thread sanitizers see all of it, unlike oneTBB's packaged library.
 [[nodiscard]] JOSTLE_API std::unique_ptr<Executor> make_thread_executor(std::uint32_t threads = 0);
 
-/// The host's own job system as two C function pointers, for those who would rather not derive a class.
+/// Runs tasks on a host's job system through a C function pointer, instead of a derived class.
 class JOSTLE_API CallbackExecutor final : public Executor
 {
   public:

@@ -22,11 +22,11 @@ JOSTLE_NAMESPACE_BEGIN
 
 struct ImageRule;
 
-/// Says which of the touching pairs are wanted. A pair is reported if every part that is given agrees to it.
-/// A part that is left empty filters nothing.
+/// Says which of the touching pairs are wanted. A pair is reported if every given part accepts it. An empty
+/// part filters nothing.
 struct Filter
 {
-    /// The owner of objects that belong to nobody. They pair with each other like any two objects.
+    /// The owner of objects that have none. They pair with each other like any two objects.
     static constexpr std::uint32_t no_owner = ~std::uint32_t{0};
 
     /// Bit sets, one per object: a and b pair only if category[a] & mask[b] and category[b] & mask[a] are
@@ -35,17 +35,17 @@ struct Filter
     StridedView<std::uint32_t> mask = {};
     /// Objects of one owner never pair with each other: the parts of a robot, the colliders of a body.
     StridedView<std::uint32_t> owner = {};
-    /// Called last, for the pairs that the other parts let through, with a and b as they would be reported.
-    /// It is called from several threads at a time. An exception that it throws ends the search and leaves
-    /// the call.
+    /// Called last, for the pairs that the other parts accept, with a and b as reported. It is called from
+    /// several threads at a time. An exception that it throws ends the search and leaves the call.
     StoredFunctionRef<bool(std::uint32_t a, std::uint32_t b)> accept = {};
-    /// Set by PeriodicImages::filter(): each pair of periodic space counts once. Null in all other searches.
+    /// Set by PeriodicImages::filter(), so that each pair in periodic space is found once. Null in all other
+    /// searches.
     const ImageRule* images = nullptr;
-    /// The last so many objects are ghosts: they meet the others, and not each other. For those whose pairs
-    /// another process finds. Such pairs cost nothing but the sweep past them.
+    /// How many objects at the end are ghosts: they pair with other objects, but not with each other, since
+    /// another process finds those pairs. Pairs of ghosts cost only the sweep past them.
     std::size_t ghosts = 0;
-    /// Up to three numbers an object, no_owner where it has fewer. Objects with one in common never pair:
-    /// triangles of a cloth that share a vertex, links of a chain that share a joint.
+    /// Up to three numbers per object, no_owner for each missing one. Objects that share a number never pair:
+    /// triangles of a cloth with a common vertex, links of a chain with a common joint.
     StridedView<std::array<std::uint32_t, 3>> vertices = {};
 };
 
@@ -70,8 +70,8 @@ struct SceneFilter
 
 enum class Order
 {
-    /// Pairs are grouped by their place in space. The order depends on the boxes alone, and not on threads,
-    /// executor, instruction set, compiler or earlier calls. This is the fastest.
+    /// Pairs are grouped by place. The order depends only on the boxes, not on threads, executor, instruction
+    /// set, compiler or earlier calls. This is the fastest.
     canonical,
     /// Pairs ascend by (a, b). The result is sorted on all threads, which takes about as long as the search.
     sorted,
@@ -87,7 +87,7 @@ struct PairChunk
     std::uint64_t part;
 };
 
-/// Receives pairs as they are found. It returns false to stop the search. Chunks of different blocks arrive
+/// Receives pairs as they are found, and returns false to stop the search. Chunks of different blocks arrive
 /// from several threads at a time, in no particular order. The chunks of one block arrive in ascending order
 /// of `part`.
 using PairSink = FunctionRef<bool(const PairChunk&)>;
@@ -103,8 +103,8 @@ enum class InstructionSet
     wasm_simd
 };
 
-/// The sets that were compiled in and that this machine can run, fastest first; never empty. `scalar` is the
-/// last of them, unless all machines that the build is for have more: NEON on 64-bit ARM, for one.
+/// The instruction sets that were compiled in and that this machine can run, fastest first; never empty.
+/// `scalar` is last, unless every target CPU has SIMD (such as NEON on 64-bit ARM).
 [[nodiscard]] JOSTLE_API std::span<const InstructionSet> supported_instruction_sets() noexcept;
 [[nodiscard]] JOSTLE_API const char* name(InstructionSet set) noexcept;
 
@@ -112,39 +112,39 @@ struct FinderOptions
 {
     /// Null means default_executor(). It must outlive the finder.
     Executor* executor = nullptr;
-    /// Where working memory comes from. It is used from several threads at a time and must be synchronised.
+    /// Provides working memory. It is used from several threads at a time and must be synchronised.
     std::pmr::memory_resource* memory = std::pmr::get_default_resource();
     /// For tests and measurements. The constructor throws `Error` if it is not one of
     /// supported_instruction_sets().
     InstructionSet instruction_set = supported_instruction_sets().front();
 };
 
-/// The broad phase: finds all pairs of touching boxes, anew in each call.
+/// The broad phase: finds all pairs of touching boxes, from scratch in each call.
 ///
 ///     jostle::PairFinder finder;
 ///     for (jostle::Pair pair : finder.find(boxes)) ...            // within one set
 ///     for (jostle::Pair pair : finder.find(bullets, targets)) ... // between two sets
 ///
-/// It keeps nothing between calls but working memory, so a steady scene allocates nothing. The answer depends
-/// on the boxes of the call alone. There is nothing to configure: no capacity, no world bounds, no cell size.
-/// One scene may mix boxes of any size, at any place, infinite ones included.
+/// It keeps only working memory between calls, so a steady scene allocates nothing, and the result depends
+/// only on the boxes of the call. There is nothing to configure: no capacity, no world bounds, no cell size.
+/// A scene may mix boxes of any size and place, infinite ones included.
 ///
-/// Touching  closed boxes, compared in the user's own numbers: no tolerance, no missed and no invented pair.
-/// Numbers   every bit of a bound counts, also in denormal numbers. If the host flushes those to zero, the
-///           finder suspends that inside a call, callbacks included.
-/// Cost      expected linear in boxes + pairs, whether boxes move or not, in worlds from about 1e-33 across
-///           to the end of the range (double: from 1e-300 to 1e300). Smaller and larger worlds are exact too,
-///           but may take quadratic time. A box costs time and 16 bytes of memory for each cell that it
-///           reaches into. A box that is much longer than the distance between its neighbours can reach into
-///           many: sticks across the whole world have taken 60 to 80 cells each.
+/// Touching  closed boxes, compared in their own coordinates: no tolerance, no missed and no invented pair.
+/// Numbers   every bit of a bound counts, also of denormals. If the host flushes denormals to zero, the
+///           finder suspends that during a call, callbacks included.
+/// Cost      expected linear in boxes + pairs, whether boxes move or not, in worlds at least about 1e-33
+///           across (double: from 1e-300 to 1e300). Smaller and larger worlds are exact too, but may take
+///           quadratic time. A box costs time and 16 bytes of memory for each cell that it overlaps. Boxes
+///           much longer than the distance to their neighbours can overlap many: sticks across the whole
+///           world took 60 to 80 cells each.
 /// Memory    stays as large as the largest call needed, until release_memory().
-/// Threads   one call at a time per finder. A second one, also from inside a callback, is an `Error`. Use one
-///           finder per thread, or one finder with an executor of many threads.
+/// Threads   one call at a time per finder. A second one, also from inside a callback, is an `Error`. Use a
+///           finder for each thread, or one finder whose executor has many threads.
 /// Errors    `Error` that names the lowest box that is NaN or inverted, `std::bad_alloc`, or what a callback
-///           threw. If several callbacks throw, one of the exceptions leaves the call, the same for any
-///           number of threads. The finder can be used afterwards, and its result buffer is empty.
-/// Source    hierarchical grids: Mirtich (1996); store-in-every-cell with an owner rule in place of a set
-///           of seen pairs: docs/inside/engine.md.
+///           threw. If several callbacks throw, one of the exceptions leaves the call, the same one for any
+///           number of threads. Afterwards the finder can be used again, and its result buffer is empty.
+/// Source    hierarchical grids: Mirtich (1996); store-in-every-cell with an owner rule instead of a set of
+///           seen pairs: docs/inside/engine.md.
 class JOSTLE_API PairFinder
 {
   public:
@@ -153,30 +153,31 @@ class JOSTLE_API PairFinder
     PairFinder& operator=(PairFinder&&) noexcept;
     ~PairFinder();
 
-    /// Returns all pairs among `boxes`. The result lies in the finder and is valid until its next call.
+    /// Returns all pairs among `boxes`. The finder owns the result, which is valid until its next call.
     template <int Dim, Coordinate T>
     const PairBuffer& find(const BoxView<Dim, T>& boxes, const Filter& filter = {},
                            Order order = Order::canonical) &;
-    /// Returns all pairs of one box of `a` and one box of `b`. Pairs within `a` or within `b` are not
-    /// reported. (`View` is the type of `b`. It is a template parameter so that find(boxes, {}) means "no
-    /// filter".)
+    /// Returns all pairs of a box of `a` and a box of `b`, but none within `a` or within `b`. (`View` is the
+    /// type of `b`. It is a template parameter so that find(boxes, {}) means "no filter".)
     template <int Dim, Coordinate T, std::same_as<BoxView<Dim, T>> View>
     const PairBuffer& find(const BoxView<Dim, T>& a, const View& b, const CrossFilter& filter = {},
                            Order order = Order::canonical) &;
-    /// Not for a finder without a name, which takes its result with it: name it, or let take() return a copy.
+    /// Deleted for temporary finders, since the result would be destroyed with them: name the finder, or use
+    /// take().
     template <class... Arguments>
     void find(Arguments&&... result_would_be_gone) && = delete;
 
-    /// Returns the pairs of many scenes that have nothing to do with each other, as thousands of small worlds
-    /// have that run side by side. Scene k is boxes[offsets[k]] to boxes[offsets[k + 1] - 1]: there is one
-    /// offset more than scenes, from 0 to boxes.size(). No pair crosses scenes. A scene's pairs are those
-    /// that find() returns for it, in the same order, and numbered within it: box offsets[k] is its number 0.
-    /// The result lies in the finder and is valid until its next call of find_scenes.
-    /// Threads   scenes are shared out over them, and a large one among many small is searched by all.
-    /// Errors    `Error` for offsets that don't begin with 0, descend, or don't end with boxes.size(), which
-    ///           names the offset; for a bad box, which names it by its position in `boxes`. If `accept`
-    ///           throws, the exception of the lowest scene leaves the call.
-    /// Cost      on one thread 0.4 to 1.1 times a loop over find(), least where scenes are smallest.
+    /// Returns the pairs of many independent scenes, such as thousands of small worlds that run side by side.
+    /// Scene k is boxes[offsets[k]] to boxes[offsets[k + 1] - 1]: there is one more offset than scenes, from
+    /// 0 to boxes.size(). No pair crosses scenes. A scene's pairs are those that find() returns for it, in
+    /// the same order, with boxes numbered within the scene: box offsets[k] is its number 0. The finder owns
+    /// the result, which is valid until its next call of find_scenes.
+    /// Threads   scenes are distributed over them, and a large scene among many small ones is searched by
+    ///           all.
+    /// Errors    `Error` for offsets that don't begin with 0, descend, or don't end with boxes.size(), naming
+    ///           the offset; for a bad box, naming its position in `boxes`. If `accept` throws, the exception
+    ///           of the lowest scene leaves the call.
+    /// Cost      on one thread 0.4 to 1.1 times that of a loop over find(); the smaller the scenes, the less.
     template <int Dim, Coordinate T>
     const ScenePairs& find_scenes(const BoxView<Dim, T>& boxes, std::span<const std::uint64_t> offsets,
                                   const SceneFilter& filter = {}) &;
@@ -189,9 +190,9 @@ class JOSTLE_API PairFinder
     template <class... Arguments>
     void find_scenes(Arguments&&... result_would_be_gone) && = delete;
 
-    /// Hands each pair to `sink` instead of storing it, so that memory stays bounded however many pairs there
-    /// are. Returns false if the sink stopped the search. Chunks that other threads are working on may still
-    /// arrive after that. An exception that the sink throws ends the search and leaves the call.
+    /// Passes each pair to `sink` instead of storing it, so memory stays bounded however many pairs there
+    /// are. Returns false if the sink stopped the search; chunks from other threads may still arrive after
+    /// the sink has returned false. An exception that it throws ends the search and leaves the call.
     template <int Dim, Coordinate T>
     bool stream(const BoxView<Dim, T>& boxes, PairSink sink, const Filter& filter = {});
     template <int Dim, Coordinate T>
@@ -221,7 +222,7 @@ class JOSTLE_API PairFinder
         return stream(box_view(a), box_view(b), sink, filter);
     }
 
-    /// Like find, but the caller owns the result, and the finder's next call begins a new one.
+    /// Like find, but the caller owns the result.
     template <AnyBoxes Boxes>
     [[nodiscard]] PairBuffer take(const Boxes& boxes, const Filter& filter = {},
                                   Order order = Order::canonical)
@@ -235,21 +236,20 @@ class JOSTLE_API PairFinder
         return taken(find(box_view(a), box_view(b), filter, order));
     }
 
-    /// Tells about the last call.
+    /// Returns what the last call did.
     [[nodiscard]] const Stats& stats() const noexcept;
-    /// Gives working memory back, the result's included: all but some hundred bytes that the destructor
-    /// frees.
+    /// Frees the working memory and the result's: all but a few hundred bytes, which the destructor frees.
     void release_memory() noexcept;
 
   private:
     friend class PairFinderAccess;
-    /// What a search returned, which is this finder's own.
+    /// Moves a result that this finder owns.
     static PairBuffer taken(const PairBuffer& found) { return std::move(const_cast<PairBuffer&>(found)); }
     struct Implementation;
     std::unique_ptr<Implementation> implementation_;
 };
 
-/// Returns the touching pairs among `boxes`, with no finder to keep. For frame after frame use a PairFinder.
+/// Returns the touching pairs among `boxes`. To search in every frame, keep a PairFinder.
 template <AnyBoxes Boxes>
 [[nodiscard]] PairBuffer find_pairs(const Boxes& boxes, const Filter& filter = {},
                                     Order order = Order::canonical, const FinderOptions& options = {})
@@ -265,8 +265,8 @@ template <AnyBoxes A, BoxesLike<A> B>
     return PairFinder(options).take(a, b, filter, order);
 }
 
-/// Throws the `Error` that every search throws for these boxes, or does nothing if all are valid.
-/// Cost: one pass over the boxes, on the calling thread.
+/// Throws the `Error` that a search throws for these boxes, or does nothing if all are valid. Cost: one pass
+/// over the boxes, on the calling thread.
 template <int Dim, Coordinate T>
 JOSTLE_API void check_boxes(const BoxView<Dim, T>& boxes);
 template <BoxContainer Boxes>
@@ -275,8 +275,8 @@ void check_boxes(const Boxes& boxes)
     check_boxes(box_view(boxes));
 }
 
-/// The definition, written to be obviously right rather than fast: every box against every other, ascending
-/// by (a, b). O(n^2) on the calling thread. For checking results, ours and others'.
+/// The reference implementation, obviously right rather than fast: tests every box against every other. Pairs
+/// ascend by (a, b). O(n^2) on the calling thread. For checking results.
 template <int Dim, Coordinate T>
 [[nodiscard]] JOSTLE_API std::vector<Pair> find_pairs_brute_force(const BoxView<Dim, T>& boxes,
                                                                   const Filter& filter = {});

@@ -14,9 +14,9 @@ class FunctionRef;
 
 /// A reference to something callable: two pointers, no allocation, no ownership.
 ///
-/// Lifetime  the callable must outlive the reference. A lambda written in the argument list of the call that
-///           takes the FunctionRef does; one that is assigned would not, and doesn't compile: give it a name.
-///           What keeps a reference longer than a call, as a struct of options does, has a StoredFunctionRef.
+/// Lifetime  the callable must outlive the reference. A lambda in the argument list of the call that takes
+///           the FunctionRef does. One that is assigned would not, so that doesn't compile: give it a name.
+///           Structs of options, which keep a reference longer than a call, use StoredFunctionRef.
 template <class Result, class... Args>
 class FunctionRef<Result(Args...)>
 {
@@ -43,7 +43,8 @@ class FunctionRef<Result(Args...)>
             };
         }
     }
-    /// Not for a callable with another result, such as a visitor that forgets to return whether to go on.
+    /// Deleted for callables with the wrong result, such as a visitor that forgets to return whether to go
+    /// on.
     template <class F>
         requires(!std::is_base_of_v<FunctionRef, std::remove_cvref_t<F>> &&
                  std::is_invocable_v<F&, Args...> && !std::is_invocable_r_v<Result, F&, Args...>)
@@ -72,15 +73,13 @@ class FunctionRef<Result(Args...)>
 template <class Signature>
 class StoredFunctionRef;
 
-/// A FunctionRef that is a member, such as `accept` of a filter. Nobody can see how long the struct that it
-/// is in will live, so it takes nothing that may be gone first: functions and callables that have a name are
-/// taken, a lambda written in place doesn't compile.
+/// A FunctionRef that is a member, such as `accept` of a filter. Since the struct may outlive a temporary, it
+/// accepts only functions and named callables: a lambda written in place doesn't compile.
 ///
 ///     const auto accept = [&](std::uint32_t a, std::uint32_t b) { return a + b < limit; };
 ///     const jostle::Filter filter{.accept = accept};
 ///
-/// Lifetime  the callable must outlive the last use of the reference, as with any reference to what has a
-///           name.
+/// Lifetime  the callable must outlive the last use of the reference.
 template <class Result, class... Args>
 class StoredFunctionRef<Result(Args...)> : public FunctionRef<Result(Args...)>
 {
@@ -98,7 +97,7 @@ class StoredFunctionRef<Result(Args...)> : public FunctionRef<Result(Args...)>
     StoredFunctionRef(F&& callable) : FunctionRef<Result(Args...)>(std::forward<F>(callable))
     {
     }
-    /// A temporary would be gone before it is called: give it a name.
+    /// A temporary would be destroyed before it is called: give it a name.
     template <class F>
         requires(!std::is_same_v<std::remove_cvref_t<F>, StoredFunctionRef> && !lasts<F>)
     StoredFunctionRef(F&& temporary) = delete;

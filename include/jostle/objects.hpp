@@ -15,12 +15,12 @@
 
 JOSTLE_NAMESPACE_BEGIN
 
-/// Objects with a shape and a pose each, in the user's own arrays, vectors, spans or members of structs:
-/// write {shapes, poses} where they are wanted.
+/// Objects with a shape and a pose each, read from the user's arrays, vectors, spans or struct members: write
+/// {shapes, poses} as the argument.
 ///
-/// Shapes    may be used again: StridedView<Shape3>(shapes).repeated(poses.size()) goes through a set over
-///           and over, StridedView<Shape3>(&shape, poses.size(), 0) has one for all.
-/// Lifetime  views: what they refer to must outlive them.
+/// Shapes    may be shared: StridedView<Shape3>(shapes).repeated(poses.size()) repeats a set, and
+///           StridedView<Shape3>(&shape, poses.size(), 0) has one shape for all.
+/// Lifetime  views: the memory must outlive them.
 template <int Dim, Coordinate T>
 struct Objects
 {
@@ -28,8 +28,8 @@ struct Objects
     StridedView<Pose<Dim, T>> poses;
 };
 
-/// A pose that moves: at time t in [0, 1] the object is at pose.position + t * linear, turned from
-/// pose.rotation by the angle |angular| * t about the world axis `angular` through its position.
+/// A moving pose: at time t in [0, 1] the object is at pose.position + t * linear, turned from pose.rotation
+/// by the angle |angular| * t about the world axis `angular` through its position.
 template <int Dim, Coordinate T>
 struct Motion
 {
@@ -38,7 +38,7 @@ struct Motion
     std::array<T, Dim == 3 ? 3 : 1> angular = {}; ///< radians per whole motion
 };
 
-/// Objects that move: {shapes, motions}.
+/// Moving objects: {shapes, motions}.
 template <int Dim, Coordinate T>
 struct MovingObjects
 {
@@ -49,14 +49,14 @@ struct MovingObjects
 using Objects3f = Objects<3, float>;
 using Motion3f = Motion<3, float>;
 
-/// The boxes of all objects: out[i] is bounds(shapes[i], poses[i], margin). The calling thread does it all
-/// unless an executor is given.
-/// Errors   `Error` where there aren't as many shapes, poses and boxes, for a negative margin, and for the
-///          lowest invalid pose, which it names; what `out` then holds is unspecified.
+/// Sets out[i] to bounds(shapes[i], poses[i], margin). Runs on the calling thread unless an executor is
+/// given.
+/// Errors   `Error` if the numbers of shapes, poses and boxes differ, for a negative margin, and for the
+///          lowest invalid pose, which it names. The contents of `out` are then unspecified.
 template <int Dim, Coordinate T>
 JOSTLE_API void bounds(const Objects<Dim, T>& objects, std::span<Aabb<Dim, T>> out,
                        std::type_identity_t<T> margin = 0, Executor& executor = serial_executor());
-/// With {shapes, poses} and any contiguous boxes.
+/// The same for any contiguous container of boxes.
 template <class Boxes, class Box = std::remove_pointer_t<decltype(std::data(std::declval<Boxes&>()))>,
           Coordinate T = typename decltype(Box::lo)::value_type>
 void bounds(const Objects<static_cast<int>(decltype(Box::lo)::size()), T>& objects, Boxes&& out,

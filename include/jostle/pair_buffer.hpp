@@ -26,7 +26,7 @@ struct Pair
 /// All pairs of one call. Blocks, and pairs inside them, come in the order that the filling call documents.
 using PairBuffer = BlockBuffer<Pair>;
 
-/// Pairs to be read where they lie: a PairBuffer, or an array, vector or span.
+/// A read-only view of pairs: of a PairBuffer, or of an array, vector or span.
 class PairView
 {
   public:
@@ -48,7 +48,7 @@ class PairView
     std::uint64_t size_;
 };
 
-/// The pairs of many scenes, each scene's in one array: what PairFinder::find_scenes returns.
+/// The pairs of many scenes, with one array per scene. PairFinder::find_scenes returns it.
 ///
 ///     const jostle::ScenePairs& found = finder.find_scenes(boxes, offsets);
 ///     for (std::size_t scene = 0; scene < found.scenes(); ++scene)
@@ -65,12 +65,12 @@ class ScenePairs
     }
 
     [[nodiscard]] std::size_t scenes() const noexcept { return scenes_.size(); }
-    /// Of one scene. No check of the number.
+    /// Returns the pairs of one scene. The number isn't checked.
     [[nodiscard]] std::span<const Pair> operator[](std::size_t scene) const noexcept
     {
         return scenes_[scene];
     }
-    /// How many there are in all scenes.
+    /// Returns the number of pairs in all scenes.
     [[nodiscard]] std::uint64_t size() const noexcept { return size_; }
 
   private:

@@ -11,10 +11,10 @@ JOSTLE_NAMESPACE_BEGIN
 
 /// Where an object is: world = rotate(local) + position.
 ///
-/// Valid    positions within 1e60, finite rotations other than zero. Rotations are normalised where they are
-///          read, so one that has drifted from length 1 is no error and doesn't scale the shape.
-/// Members  they normalise the rotation as well, and those that return a pose return one of length 1. A
-///          rotation of zero, or whose squares are beyond T's range, gives NaN.
+/// Valid    positions within 1e60, finite rotations other than zero. Rotations are normalised when they are
+///          read, so a rotation that has drifted from length 1 is valid and doesn't scale the shape.
+/// Members  functions of a pose normalise its rotation too, and return poses with rotations of length 1. A
+///          rotation that is zero, or whose squares are beyond T's range, gives NaN.
 template <int Dim, Coordinate T>
 struct Pose;
 
@@ -24,34 +24,34 @@ struct Pose<3, T>
     Vec<3, T> position = {};
     std::array<T, 4> rotation = {0, 0, 0, 1}; ///< a quaternion: x, y, z, w
 
-    /// Turned by `angle` radians about an axis of any length, counterclockwise seen from its tip. An axis of
-    /// zero turns nothing.
+    /// A pose turned by `angle` radians about an axis of any length, counterclockwise seen from its tip. A
+    /// zero axis gives no rotation.
     [[nodiscard]] static Pose turned(const Vec<3, T>& axis, T angle, const Vec<3, T>& position = {})
     {
         const Vec<3, T> half = normalized(axis) * std::sin(angle / 2);
         return {position, {half[0], half[1], half[2], std::cos(angle / 2)}};
     }
 
-    /// The world's vector of a local one.
+    /// Rotates a local vector into world axes.
     [[nodiscard]] constexpr Vec<3, T> rotate(const Vec<3, T>& local) const noexcept
     {
         const auto& [x, y, z, w] = rotation;
         const Vec<3, T> axis{x, y, z}, across = cross(axis, local);
         return local + (across * w + cross(axis, across)) * (2 / (dot(axis, axis) + w * w));
     }
-    /// The world's point of a local one.
+    /// Transforms a local point to world coordinates.
     [[nodiscard]] constexpr Vec<3, T> transform(const Vec<3, T>& local) const noexcept
     {
         return rotate(local) + position;
     }
-    /// The pose that undoes this one: its transform() gives the local point of the world's.
+    /// The inverse pose: its transform() gives the local point for one in world coordinates.
     [[nodiscard]] Pose inverse() const noexcept
     {
         const auto [x, y, z, w] = unit(rotation);
         const Pose back{{}, {-x, -y, -z, w}};
         return {-back.rotate(position), back.rotation};
     }
-    /// First b, then a: (a * b).transform(p) is a.transform(b.transform(p)), but for rounding.
+    /// First b, then a: (a * b).transform(p) is a.transform(b.transform(p)), except for rounding.
     [[nodiscard]] friend Pose operator*(const Pose& a, const Pose& b) noexcept
     {
         const auto [x, y, z, w] = unit(a.rotation);
@@ -60,9 +60,9 @@ struct Pose<3, T>
         const Vec<3, T> axis = axis_b * w + axis_a * t + cross(axis_a, axis_b);
         return {a.transform(b.position), unit({axis[0], axis[1], axis[2], w * t - dot(axis_a, axis_b)})};
     }
-    /// The pose after a time: moved by `linear` times it, and turned by the angle |angular| times it about
-    /// the world axis `angular` through the position, exactly, however far that is. A Motion goes the same
-    /// way.
+    /// The pose after `time`: moved by linear * time, and turned by the angle |angular| * time about the
+    /// world axis `angular` through the position, exactly, however large the angle. A Motion follows the same
+    /// path.
     [[nodiscard]] Pose integrate(const Vec<3, T>& linear, const Vec<3, T>& angular, T time) const noexcept
     {
         const Pose turn = turned(angular, length(angular) * time);
@@ -82,7 +82,7 @@ struct Pose<2, T>
     Vec<2, T> position = {};
     std::array<T, 2> rotation = {1, 0}; ///< cosine and sine of the angle, counterclockwise
 
-    /// Turned by `angle` radians, counterclockwise.
+    /// A pose turned by `angle` radians, counterclockwise.
     [[nodiscard]] static Pose turned(T angle, const Vec<2, T>& position = {})
     {
         return {position, {std::cos(angle), std::sin(angle)}};

@@ -18,9 +18,8 @@
 
 JOSTLE_NAMESPACE_BEGIN
 
-/// Writes a program's boxes to a file, frame by frame, for `jostle compare`, which tells what every system
-/// takes on them, and for `jostle demo --recording`. Three lines in a program that has boxes, and nothing to
-/// link with:
+/// Writes a program's boxes to a file, frame by frame, for `jostle compare`, which times every competitor on
+/// them, and for `jostle demo --recording`. It takes three lines and needs no library:
 ///
 ///     jostle::Recorder<3, float> recorder("mine.jrec"); // once
 ///     recorder.frame(boxes);                            // in each frame: any BoxView or container of boxes
@@ -30,21 +29,21 @@ JOSTLE_NAMESPACE_BEGIN
 ///
 ///     jostle compare mine.jrec
 ///
-/// Frames    may differ in how many boxes they have. Box i of a frame and box i of the next are taken for one
-///           object.
-/// Exact     bounds are kept to the last bit; they aren't looked at, so that bad ones are recorded as well.
-/// File      uncompressed: 24 bytes a box of 3D floats. It has all frames that were written when the program
-///           ends, however that happens. A file that was there before is replaced.
-/// Errors    never disturb the program that is recorded: nothing is thrown but std::bad_alloc. From the first
-///           one on calls return false, nothing more is written, and problem() says what went wrong.
+/// Frames    may have different numbers of boxes. Box i of a frame and box i of the next one count as the
+///           same object.
+/// Exact     bounds are stored to the last bit. They aren't checked, so invalid ones are recorded too.
+/// File      uncompressed: 24 bytes a box of 3D floats. It has all frames written so far, however the program
+///           ends. An existing file is replaced.
+/// Errors    never disturb the recorded program: only std::bad_alloc is thrown. After the first error calls
+///           return false, nothing more is written, and problem() says what went wrong.
 /// Threads   one call at a time.
 /// Cost      about that of copying the boxes.
 template <int Dim, Coordinate T>
 class Recorder
 {
   public:
-    /// `frames_per_second` of the motion that is recorded, finite, 0 if it has no time; `description` says
-    /// where the boxes come from, in UTF-8, at most 65,536 bytes.
+    /// `frames_per_second` is the frame rate of the recorded motion, finite, or 0 if it has none.
+    /// `description` says where the boxes come from: at most 65,536 bytes of UTF-8.
     explicit Recorder(std::string path, double frames_per_second = 0, std::string description = {})
         : path_(std::move(path)), frames_per_second_(frames_per_second), description_(std::move(description))
     {
@@ -108,7 +107,7 @@ class Recorder
         return frame(box_view(boxes));
     }
 
-    /// Completes the file. There are no frames after it. The destructor does the same.
+    /// Completes the file. No frame may follow. The destructor does the same.
     bool close()
     {
         if (file_ == nullptr) return problem_.empty();
@@ -123,9 +122,9 @@ class Recorder
         return problem_.empty();
     }
 
-    /// What went wrong first, with the file's name and the system's reason; empty if nothing did.
+    /// The first error, with the file's name and the system's reason; empty if there was none.
     [[nodiscard]] const std::string& problem() const noexcept { return problem_; }
-    /// Frames so far.
+    /// The number of frames so far.
     [[nodiscard]] std::uint64_t frames() const noexcept { return frames_; }
 
     /// The checksum of a frame: of the number of its boxes, then of their bounds in the file's order.
@@ -153,7 +152,7 @@ class Recorder
         for (std::size_t i = 0; i < sizeof value; ++i)
             *to++ = static_cast<unsigned char>(value >> (8 * i));
     }
-    /// docs/guide/tool.md says what is in it.
+    /// docs/guide/tool.md describes the format.
     void write_header(std::uint64_t frames)
     {
         bytes_.resize(40 + description_.size() + 8);
@@ -175,7 +174,7 @@ class Recorder
     }
     bool write()
     {
-        // Handed to the system at once: what a buffer holds is lost where the program is killed.
+        // Flushed at once: what is still in a buffer is lost if the program is killed.
         if (std::fwrite(bytes_.data(), 1, bytes_.size(), file_) == bytes_.size() && std::fflush(file_) == 0)
             return true;
         fail();
