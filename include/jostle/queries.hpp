@@ -21,7 +21,7 @@
 #include "jostle/query.hpp"
 #include "jostle/version.hpp"
 
-// The verbs of all queries: any, count, first, nearest, all, visit. A BoxIndex and a World have them alike.
+// The verbs of all queries: any, count, first, nearest, all, visit. A BoxIndex and a World both have them.
 
 JOSTLE_NAMESPACE_BEGIN
 
@@ -39,10 +39,10 @@ struct ShapeHit;
 template <int Dim, Coordinate T, class Id>
 struct ShapeDistance;
 
-/// Where answers of yes or no go: bools, or bytes that become 0 or 1, in an array, vector or span. (The bits
-/// of a std::vector<bool> are neither; a std::vector<std::uint8_t> takes its place.)
+/// Output for yes/no answers: an array, vector or span of bools, or of bytes that become 0 or 1. (Not a
+/// std::vector<bool>, which stores bits; use a std::vector<std::uint8_t>.)
 ///
-/// Lifetime  a view: what it is made of must outlive the call.
+/// Lifetime  a view: the memory must outlive the call.
 class BoolSpan
 {
   public:
@@ -66,8 +66,8 @@ class BoolSpan
     std::span<bool> bools_;
 };
 
-/// The answers of a batch. List i belongs to query i. The next call refills the lists and uses their memory
-/// again.
+/// The answers of a batch. List i belongs to query i. The next call refills the lists and reuses their
+/// memory.
 template <class Item>
 class ResultLists
 {
@@ -82,9 +82,9 @@ class ResultLists
     {
         return std::span<const Item>(items_).subspan(offsets_[i], offsets_[i + 1] - offsets_[i]);
     }
-    /// Whether query i has more results than `max_results`, which list i was cut to.
+    /// Whether query i has more results than the `max_results` in list i.
     [[nodiscard]] bool more(std::size_t i) const noexcept { return more_[i] != 0; }
-    /// All lists, one behind the other.
+    /// All lists, one after another.
     [[nodiscard]] std::span<const Item> items() const noexcept { return items_; }
     /// List i is items()[offsets()[i]] to items()[offsets()[i + 1] - 1]. Empty before the first call.
     [[nodiscard]] std::span<const std::size_t> offsets() const noexcept
@@ -93,7 +93,7 @@ class ResultLists
     }
 
   private:
-    friend class ResultListsAccess; // who fills them
+    friend class ResultListsAccess; // fills them
     std::pmr::vector<std::size_t> offsets_;
     std::pmr::vector<Item> items_;
     std::pmr::vector<std::uint8_t> more_;
@@ -101,7 +101,7 @@ class ResultLists
 };
 
 namespace detail {
-/// The `Error` where there are more or fewer `things` than queries.
+/// The `Error` if there are more or fewer `things` than queries.
 [[noreturn]] JOSTLE_API void throw_not_one_each(std::size_t queries, std::size_t count, const char* things);
 
 /// The filters of a batch: none, one for all queries, or one for each. A view.
@@ -133,32 +133,32 @@ class QueryFilters
 };
 } // namespace detail
 
-/// What a batch takes for filters: one, or a vector, array or span with one for each query.
+/// The filters that a batch accepts: one for all queries, or a vector, array or span with one for each.
 template <class Given, class Filter>
 concept FiltersOf = std::convertible_to<const Given&, detail::QueryFilters<Filter>>;
-/// Whether queries lie in one piece in it: a vector, array or span of them.
+/// A contiguous range of queries: a vector, array or span.
 template <class Many>
 concept QueryRange = requires(const Many& many) {
     std::data(many);
     std::size(many);
 };
-/// A ray, or a shape that moves.
+/// A ray or a moving shape.
 template <class Query, int Dim, class T>
 concept ShapeCastOf = std::same_as<Query, Ray<Dim, T>> || std::same_as<Query, ShapeSweep<Dim, T>>;
-/// One of these, or a shape that stays.
+/// One of these, or a shape that doesn't move.
 template <class Query, int Dim, class T>
 concept ShapeQueryOf = ShapeCastOf<Query, Dim, T> || std::same_as<Query, PosedShape<Dim, T>>;
 
-/// Neither a query about boxes nor one about shapes, in these dimensions and numbers.
+/// Not a query about boxes or shapes with this dimension and number type.
 template <class Query, int Dim, class T>
 concept NoQueryOf = !QueryOf<Query, Dim, T> && !ShapeQueryOf<Query, Dim, T> &&
                     !std::same_as<Query, NearestToShape<Dim, T>> && !QueryRange<Query>;
 
-/// The queries of a BoxIndex or a World, which is `Structure`: of boxes, and of the shapes in them.
+/// The queries of a BoxIndex or a World (`Structure`): about boxes, and about the shapes in them.
 ///
 ///     if (const auto hit = world.first(ray)) ...                    // the first box
 ///     if (const auto hit = world.first(ray, {shapes, poses})) ...   // the first shape
-///     world.first(rays, hits);                                      // of each ray; any range of them
+///     world.first(rays, hits);                                      // the first box on each ray
 ///
 /// | verb    | of boxes                          | of shapes               | order of the answers       |
 /// | any     | Ray, Sweep, Aabb, Sphere, Frustum | Ray, ShapeSweep,        |                            |
@@ -168,24 +168,24 @@ concept NoQueryOf = !QueryOf<Query, Dim, T> && !ShapeQueryOf<Query, Dim, T> &&
 /// | first   | Ray, Sweep                        | Ray, ShapeSweep         | (fraction, id)             |
 /// | nearest | Nearest, NearestToBox             | NearestToShape          | (distance, id)             |
 ///
-/// For the shapes that touch a sphere ask with PosedShape{Shape3::sphere(radius), {center}}, and so with a
-/// box or point. Frustums can't be asked about shapes.
+/// To find the shapes that touch a sphere, use PosedShape{Shape3::sphere(radius), {center}}; likewise for a
+/// box or point. Frustums work for boxes only.
 ///
-/// Many      a vector, array or span in place of one query asks all of them, on the structure's executor, and
-///           fills an element of a span, or a list, for each. One filter serves all, or a vector, array or
-///           span has one for each; `accept` is told the number of the query.
-/// Filter    says which objects count: QueryFilter, or ObjectQueryFilter for a World.
-/// Shapes    `objects` has shape and pose of each object, by id (in a World, by the index of the id): see
-///           PosedShapes. Answers are those of a loop over all shapes whose boxes the query meets, by
-///           ray_cast, shape_cast, touching() or distance(). Each shape must lie in its object's box, as it
-///           does in the box that bounds() gives. Rounding may let a ray miss a box that it only grazes: give
-///           boxes a margin where that matters. Include jostle/shape_query.hpp, and link jostle::contacts.
-/// Threads   any number of threads may ask at a time, while nothing changes the structure.
-/// Errors    `Error` for an invalid query, which it names; for filters or places for answers that aren't one
-///           for each query (size_mismatch); for an object that a query meets and that has no shape or pose,
-///           or an invalid one. Then results are empty or cut short.
-/// Cost      about the logarithm of the number of objects plus the results; for shapes a ray_cast,
-///           shape_cast, touching() or distance() for each box that begins before the answer. Only results
+/// Many      given a vector, array or span of queries, a call answers all of them on the structure's
+///           executor, and fills an element of a span, or a list, for each. Give one filter for all, or a
+///           vector, array or span with one for each; `accept` receives the number of the query.
+/// Filter    which objects count: a QueryFilter, or an ObjectQueryFilter for a World.
+/// Shapes    `objects` has the shape and pose of each object, by id (in a World, by the index of the id): see
+///           PosedShapes. The answers are those of ray_cast, shape_cast, touching() or distance() in a loop
+///           over all shapes whose boxes the query meets. Each shape must lie in its object's box; bounds()
+///           gives such a box. A ray may miss, by rounding, a box that it only grazes: give boxes a margin if
+///           that matters. Include jostle/shape_query.hpp, and link jostle::contacts.
+/// Threads   any number of threads may query at a time, while nothing changes the structure.
+/// Errors    `Error` for an invalid query, which it names; if the numbers of filters or results differ from
+///           that of queries (size_mismatch); for an object that a query meets whose shape or pose is missing
+///           or invalid. The results are then empty or incomplete.
+/// Cost      about the logarithm of the number of objects plus the results; for shapes also a ray_cast,
+///           shape_cast, touching() or distance() for each box that is met before the answer. Only results
 ///           are allocated; a steady call allocates nothing, unless hundreds of boxes are about equally near.
 template <class Structure, int Dim, Coordinate T, class Id, class Filter>
 class Queries
@@ -197,53 +197,53 @@ class Queries
     using Shapes = PosedShapes<Dim, T>;
     using FoundShape = ShapeHit<Dim, T, Id>;
     using FoundDistance = ShapeDistance<Dim, T, Id>;
-    /// What a query finds: hits along lines, by fraction, and near something, by distance; else ids.
+    /// What a query finds: hits with a fraction (along lines) or a distance (nearest), or ids (regions).
     template <class Query>
     using Answer = std::conditional_t<RegionOf<Query, Dim, T>, Id, Found>;
     template <class Query>
     using ShapeAnswer = std::conditional_t<
         std::same_as<Query, PosedShape<Dim, T>>, Id,
         std::conditional_t<std::same_as<Query, NearestToShape<Dim, T>>, FoundDistance, FoundShape>>;
-    /// Is handed each answer, and returns whether to go on. Where answers have an order, it is handed a bound
-    /// as well, of fractions, squared distances of boxes or distances of shapes: nothing beyond it is handed
-    /// over from then on, so a visitor that needs no more lowers it. Raising it has no effect; NaN is an
-    /// `Error`. A visitor may ask the same structure again, even the same query, but change nothing in it:
-    /// that is an `Error` of the call that would.
+    /// Called for each answer; returns whether to go on. If answers have an order, it also gets a bound, of
+    /// fractions, squared distances of boxes or distances of shapes. It may lower the bound, and answers
+    /// beyond it are then skipped. Raising it has no effect; NaN is an `Error`. A visitor may query the same
+    /// structure, even with the same query. A call that would change the structure is an `Error`.
     template <class Given>
     using Visitor = std::conditional_t<std::same_as<Given, Id>, FunctionRef<bool(Id id)>,
                                        FunctionRef<bool(const Given& found, T& bound)>>;
-    // Regions are of boxes alone. The type says so for compilers that try to make shapes of a visitor before
-    // they look at what `visit` requires.
+    // Regions work for boxes only. This type says so to compilers that try to convert a visitor to shapes
+    // before they check the constraints of `visit`.
     template <class Query>
     using ShapesFor = std::conditional_t<RegionOf<Query, Dim, T>, std::nullptr_t, Shapes>;
     using JoinVisitor = FunctionRef<bool(std::uint32_t position, Id id)>;
     using ClosestVisitor = FunctionRef<bool(const PairHit<T, Id>& pair, T& bound)>;
-    /// Where a call takes `max_results`: all of them.
+    /// As `max_results`: return all results.
     static constexpr std::uint64_t no_limit = ~std::uint64_t{0};
 
     // --- Boxes ---
-    // Braces are a box; a Ray for `first`, a Nearest for `nearest`: index.nearest({point, 8}, out).
+    // A query in braces is a box, for `first` a Ray, and for `nearest` a Nearest: index.nearest({point, 8},
+    // out).
 
     template <LineOrRegionOf<Dim, T> Query = Aabb<Dim, T>>
     [[nodiscard]] bool any(const Query& query, const Filter& filter = {}) const;
     template <LineOrRegionOf<Dim, T> Query = Aabb<Dim, T>>
     [[nodiscard]] std::uint64_t count(const Query& query, const Filter& filter = {}) const;
-    /// The hit with the least fraction, of several the one with the lowest id.
+    /// Returns the hit with the least fraction; of several, the one with the lowest id.
     template <LineOf<Dim, T> Query = Ray<Dim, T>>
     [[nodiscard]] std::optional<Found> first(const Query& query, const Filter& filter = {}) const;
     template <NearestOf<Dim, T> Query = Nearest<Dim, T>>
     [[nodiscard]] std::optional<Found> nearest(const Query& query, const Filter& filter = {}) const;
-    /// Refills `out` with the query's `count` nearest.
+    /// Refills `out` with the `count` nearest boxes.
     template <NearestOf<Dim, T> Query = Nearest<Dim, T>>
     void nearest(const Query& query, std::vector<Found>& out, const Filter& filter = {}) const;
-    /// Refills `out` with the first `max_results`, in order. Returns whether there are more.
+    /// Refills `out` with the first `max_results` answers, in order. Returns whether there are more.
     template <LineOrRegionOf<Dim, T> Query = Aabb<Dim, T>>
     bool all(const Query& query, std::vector<Answer<Query>>& out, const Filter& filter = {},
              std::uint64_t max_results = no_limit) const;
-    /// Hands over each answer until the visitor returns false. Returns false then, else true. Of the nearest
-    /// it hands over `count`. The search goes no further than the last answer, so a visitor that stops early,
-    /// or lowers the bound, saves the rest. Regions have an order of the structure's own, which costs no
-    /// sorting: it depends on nothing but the calls that were made, and changes when objects do.
+    /// Calls the visitor for each answer (for Nearest, for `count` of them) until it returns false. Returns
+    /// false if it stopped early. The search goes no further than the last answer, so stopping early or
+    /// lowering the bound saves time. Answers of regions aren't sorted: they come in the structure's own
+    /// order, which depends only on the calls made so far, and changes when objects do.
     template <QueryOf<Dim, T> Query>
     bool visit(const Query& query, Visitor<Answer<Query>> visitor, const Filter& filter = {}) const;
 
@@ -257,8 +257,8 @@ class Queries
     template <ShapeCastOf<Dim, T> Query = Ray<Dim, T>>
     [[nodiscard]] std::optional<FoundShape> first(const Query& query, const Shapes& objects,
                                                   const Filter& filter = {}) const;
-    /// The shape that is nearest by distance(), or deepest where several overlap the one asked about; nothing
-    /// where all are further than max_distance.
+    /// Returns the nearest shape by distance(), or the deepest if several overlap the query's shape; nothing
+    /// if all are further than max_distance.
     template <std::same_as<NearestToShape<Dim, T>> Query>
     [[nodiscard]] std::optional<FoundDistance> nearest(const Query& query, const Shapes& objects,
                                                        const Filter& filter = {}) const;
@@ -268,8 +268,7 @@ class Queries
     template <ShapeQueryOf<Dim, T> Query>
     bool all(const Query& query, const Shapes& objects, std::vector<ShapeAnswer<Query>>& out,
              const Filter& filter = {}, std::uint64_t max_results = no_limit) const;
-    /// As of boxes; of the nearest it hands over `count`. Answers that have an order are kept in a vector
-    /// until no box is left that may hold a nearer one.
+    /// As for boxes. Ordered answers are kept in a vector until no remaining box can contain a nearer one.
     template <class Query>
         requires ShapeQueryOf<Query, Dim, T> || std::same_as<Query, NearestToShape<Dim, T>>
     bool visit(const Query& query, const ShapesFor<Query>& objects, Visitor<ShapeAnswer<Query>> visitor,
@@ -277,13 +276,12 @@ class Queries
 
     // --- Pairs ---
 
-    /// Finds all pairs of one of `boxes` and an object whose closed box it touches, ascending by (a, b): a is
-    /// the position in `boxes`, b the id in a BoxIndex, the index of the id in a World. Refills `out`, a
-    /// std::vector or std::pmr::vector. Runs
-    /// on the executor and in memory that the structure keeps, so one call at a time; a steady batch
-    /// allocates nothing. `filters`: one for all boxes, or one for each.
-    /// Costs less than any other way while a box has few results. With about 140 each, a PairFinder that is
-    /// given both sets takes half the time, as results needn't be sorted by box there.
+    /// Finds all pairs of one of `boxes` and an object whose closed box it touches. Pairs ascend by (a, b): a
+    /// is the position in `boxes`, b the id in a BoxIndex, or the index of the id in a World. Refills `out`,
+    /// a std::vector or std::pmr::vector. Runs on the executor and in memory that the structure keeps, so one
+    /// call at a time; a steady batch allocates nothing. `filters`: one for all boxes, or one for each. This
+    /// is the fastest way while boxes have few results. With about 140 each, a PairFinder on both sets takes
+    /// half the time, since it doesn't sort results by box.
     template <FiltersOf<Filter> Filters = Filter, class Allocator>
         requires std::same_as<Allocator, std::allocator<Pair>> ||
                  std::same_as<Allocator, std::pmr::polymorphic_allocator<Pair>>
@@ -291,29 +289,30 @@ class Queries
     {
         join_into(boxes, out, filters);
     }
-    /// Hands the same pairs over, box by box, until the visitor returns false. Returns false then, else true.
-    /// The objects that one box touches come in the order of visit(). Costs about a query for each box, and
-    /// no memory; it may be called by several threads at a time.
+    /// Calls the visitor for the same pairs, box by box, until it returns false. Returns false if it stopped
+    /// early. The objects that one box touches come in the order of visit(). Costs about one query for each
+    /// box, and no memory. Several threads may call it at a time.
     template <FiltersOf<Filter> Filters = Filter>
     bool join(const BoxView<Dim, T>& boxes, JoinVisitor visitor, const Filters& filters = {}) const
     {
         return visit_joined(boxes, visitor, filters);
     }
-    /// Hands over pairs no further apart than `max_distance`, the closest first, until the visitor returns
-    /// false. Returns false then, else true. Pairs are of two of this structure's objects, each once, with
-    /// a < b; or of one of this structure's, a, and one of another's, b, neither of which may change
-    /// meanwhile. If `other` is this one, its own pairs are meant.
-    /// The bound begins with the square of `max_distance`; the visitor makes it less as soon as it knows how
-    /// far apart two shapes are. Pairs at squared distance 0 come in an order of the structure's own, the
-    /// others ascending by (at, a, b). Costs one search for those at 0, and one more each time that the
-    /// number handed over has grown fourfold.
+    /// Calls the visitor for pairs no further apart than `max_distance`, the closest first, until it returns
+    /// false. Returns false if it stopped early. Without `other`, pairs are of two of this structure's
+    /// objects, each once, with a < b. With `other`, a is one of this structure's objects and b one of the
+    /// other's, and neither structure may change meanwhile. If `other` is this structure, it finds its own
+    /// pairs.
+    /// The bound starts at the square of `max_distance`; the visitor lowers it as soon as it knows the
+    /// distance of two shapes. Pairs at squared distance 0 come in the structure's own order, the others
+    /// ascend by (at, a, b). Costs one search for those at 0, and one more each time the number of pairs
+    /// visited has grown fourfold.
     bool closest_pairs(ClosestVisitor visitor, T max_distance = std::numeric_limits<T>::infinity()) const
     {
         return closest_pairs(structure(), visitor, max_distance);
     }
     bool closest_pairs(const Structure& other, ClosestVisitor visitor,
                        T max_distance = std::numeric_limits<T>::infinity()) const;
-    /// Returns the pair that closest_pairs hands over first.
+    /// Returns the first pair of closest_pairs.
     [[nodiscard]] std::optional<PairHit<T, Id>>
     closest_pair(T max_distance = std::numeric_limits<T>::infinity()) const
     {
@@ -329,8 +328,8 @@ class Queries
     }
 
     // --- Many queries at once ---
-    // Where `first` and `nearest` find nothing for a query, its element of `out` has the id Found::none, and
-    // of shapes an infinite fraction or distance.
+    // If `first` or `nearest` finds nothing for a query, its element of `out` has the id Found::none; for
+    // shapes it also has an infinite fraction or distance.
 
     template <QueryRange Many, FiltersOf<Filter> Filters = Filter>
     void any(const Many& queries, BoolSpan out, const Filters& filters = {}) const
@@ -399,7 +398,7 @@ class Queries
         all_of_each(view(queries), objects, out, filters, max_results);
     }
 
-    // Not for queries in other dimensions or numbers than the structure's.
+    // Deleted for queries with another dimension or number type than the structure's.
     template <NoQueryOf<Dim, T> Wrong, class... More>
     void any(const Wrong& no_query_of_this_structure, More&&...) const = delete;
     template <NoQueryOf<Dim, T> Wrong, class... More>

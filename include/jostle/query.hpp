@@ -12,15 +12,15 @@
 #include "jostle/function_ref.hpp"
 #include "jostle/version.hpp"
 
-// The queries that can be asked of boxes, and what their answers mean. Each is defined here by one function
-// in the user's own numbers, evaluated exactly as written (no fused operations), whatever the index does to
-// be fast.
+// The queries about boxes, and what their answers mean. Each is defined here by one function of the user's
+// coordinates. Answers are exactly those of this function as written (without fused operations), however the
+// index finds them.
 
 JOSTLE_NAMESPACE_BEGIN
 
 /// The points origin + f * direction for 0 <= f <= max_fraction.
 ///
-/// Units     fractions count in lengths of `direction`. A fraction that is too great for T is infinite.
+/// Units     fractions are multiples of `direction`. A fraction too great for T is infinite.
 /// Valid     origin and direction are finite. 1 / component is finite for at least one component of the
 ///           direction (3e-39 is large enough in float, 6e-309 in double). max_fraction is at least 0 and may
 ///           be infinite.
@@ -32,10 +32,10 @@ struct Ray
     T max_fraction = std::numeric_limits<T>::infinity();
 };
 
-/// A box that moves from where it is by f * motion for 0 <= f <= max_fraction, without turning.
+/// A box that moves by f * motion for 0 <= f <= max_fraction, without turning.
 ///
-/// Valid     the box is valid and finite, `motion` is as the direction of a ray, max_fraction is at least 0.
-///           For a box that doesn't move, ask what overlaps the box instead.
+/// Valid     the box is valid and finite, `motion` is valid as the direction of a ray, max_fraction is at
+///           least 0. For a box that doesn't move, use the box itself as the query.
 template <int Dim, Coordinate T>
 struct Sweep
 {
@@ -44,10 +44,10 @@ struct Sweep
     T max_fraction = 1;
 };
 
-/// The points that are no further than `radius` from `center`. Distances are compared by their squares in T:
-/// see squared_distance.
+/// The points no further than `radius` from `center`. Distances are compared by their squares in T: see
+/// squared_distance.
 ///
-/// Valid     the center is finite. The radius is 0, or infinite, or its square is a normal number: 1.1e-19 to
+/// Valid     the centre is finite. The radius is 0 or infinite, or its square is a normal number: 1.1e-19 to
 ///           1.8e19 in float, 1.5e-154 to 1.3e154 in double.
 template <int Dim, Coordinate T>
 struct Sphere
@@ -58,7 +58,7 @@ struct Sphere
 
 /// The points p with dot(normal, p) + offset >= 0.
 ///
-/// Valid     all numbers are finite. The normal may have any length but zero.
+/// Valid     all numbers are finite. The normal may have any length except zero.
 template <int Dim, Coordinate T>
 struct Plane
 {
@@ -66,23 +66,22 @@ struct Plane
     T offset;
 };
 
-/// The space inside any number of planes: a camera's view, a shadow volume, a slab. Without planes it is all
+/// The space inside any number of planes: a camera's view, a shadow volume, a slab. Without planes, all
 /// space.
 ///
-/// Meaning   a box counts as inside unless it lies wholly outside one of the planes. Near the edges of the
-///           volume a box may therefore count although it touches no point of the volume. View culling
-///           usually does this.
-/// Lifetime  it refers to the planes, which must outlive it.
+/// Meaning   a box counts as inside unless it lies wholly outside one of the planes. So near the edges of the
+///           volume a box may count although it doesn't touch the volume, as is usual in view culling.
+/// Lifetime  a view: the planes must outlive it.
 template <int Dim, Coordinate T>
 struct Frustum
 {
     std::span<const Plane<Dim, T>> planes;
 };
 
-/// Asks for the `count` boxes that are nearest to a point, and no further away than `max_distance`. A box
-/// that contains the point is at distance 0.
+/// Finds the `count` boxes nearest to a point, and no further than `max_distance`. A box that contains the
+/// point is at distance 0.
 ///
-/// Valid     the point is finite, max_distance is as the radius of a sphere.
+/// Valid     the point is finite, max_distance is valid as the radius of a sphere.
 template <int Dim, Coordinate T>
 struct Nearest
 {
@@ -91,10 +90,10 @@ struct Nearest
     T max_distance = std::numeric_limits<T>::infinity();
 };
 
-/// Asks for the `count` boxes that are nearest to a box, and no further away than `max_distance`. A box that
-/// touches it is at distance 0.
+/// Finds the `count` boxes nearest to a box, and no further than `max_distance`. A box that touches it is at
+/// distance 0.
 ///
-/// Valid     the box is valid and finite, max_distance is as the radius of a sphere.
+/// Valid     the box is valid and finite, max_distance is valid as the radius of a sphere.
 template <int Dim, Coordinate T>
 struct NearestToBox
 {
@@ -118,7 +117,7 @@ using NearestToBox3f = NearestToBox<3, float>;
 template <Coordinate T, class Id = std::uint32_t>
 struct Hit
 {
-    /// The id where there is no object.
+    /// The id that means no object.
     static constexpr Id none = [] {
         if constexpr (std::unsigned_integral<Id>)
             return std::numeric_limits<Id>::max();
@@ -127,7 +126,7 @@ struct Hit
     }();
 
     Id id = none;
-    /// Rays and sweeps: the least fraction at which the box is touched, 0 if it is from the beginning.
+    /// Rays and sweeps: the least fraction at which they touch the box, 0 if they touch it at the start.
     /// Nearest: the squared distance.
     T at = 0;
 
@@ -155,31 +154,31 @@ struct PairHit
     }
 };
 
-/// Says which objects a query is about. An object counts if every part that is given agrees. A part that
-/// is left empty filters nothing.
+/// Says which objects a query is about. An object counts if every given part accepts it. An empty part
+/// filters nothing.
 struct QueryFilter
 {
-    /// Bit sets of the objects, by id up to the greatest that the index has held, and those of the asker: an
-    /// object counts only if category[id] & this->asker_mask and asker_category & mask[id] are both non-zero.
-    /// Give both views or neither.
+    /// Bit sets of the objects, by id up to the greatest that the index has held, and those of the asker, on
+    /// whose behalf the query is made. An object counts only if category[id] & asker_mask and asker_category
+    /// & mask[id] are both non-zero. Give both views or neither.
     StridedView<std::uint32_t> category = {};
     StridedView<std::uint32_t> mask = {};
     std::uint32_t asker_category = ~std::uint32_t{0};
     std::uint32_t asker_mask = ~std::uint32_t{0};
-    /// One for each id. Objects of the asker's owner don't count: they are its own parts. Filter::no_owner is
-    /// nobody's: an asker that is left at it meets all objects, whatever their owners are.
+    /// One owner for each id. Objects with the asker's owner don't count: they are its own parts. By default
+    /// the asker has no owner (Filter::no_owner), and objects of all owners count.
     StridedView<std::uint32_t> owner = {};
     std::uint32_t asker_owner = ~std::uint32_t{0};
     /// This object doesn't count: the asker itself.
     std::uint32_t exclude = ~std::uint32_t{0};
-    /// Called last, with the number of the query (0 if there is only one) and an object that is a result,
-    /// or may become one. How often and in which order it is called depends on the index. A batch calls it
-    /// from several threads at a time. An exception that it throws ends the call.
+    /// Called last, with the number of the query (0 if there is only one) and an object that is or may become
+    /// a result. How often and in which order it is called is unspecified. A batch calls it from several
+    /// threads at a time. An exception that it throws ends the call.
     StoredFunctionRef<bool(std::uint32_t query, std::uint32_t id)> accept = {};
 };
 
-/// Queries along a line, about a region, near something, and all of them, in so many dimensions and these
-/// numbers.
+/// Queries along a line, about a region, about what is nearest, and all of them, with this dimension and
+/// number type.
 template <class Query, int Dim, class T>
 concept LineOf = std::same_as<Query, Ray<Dim, T>> || std::same_as<Query, Sweep<Dim, T>>;
 template <class Query, int Dim, class T>
@@ -194,11 +193,11 @@ concept QueryOf = LineOrRegionOf<Query, Dim, T> || NearestOf<Query, Dim, T>;
 
 // --- What the answers are ---
 
-/// The least fraction at which the moving box touches `target`, if it does at all.
+/// Returns the least fraction at which the moving box touches `target`, or nothing if it doesn't.
 ///
-/// On an axis with motion m, and with 1 / m finite, the two are in touch from `enter` to `leave`, both
-/// (difference of bounds) * (1 / m); on any other axis they touch all the time or never, by their bounds. The
-/// result is the greatest of 0 and all `enter`, if that is at most max_fraction and every `leave`.
+/// On an axis with motion m and a finite 1 / m, the boxes overlap from `enter` to `leave`, both (difference
+/// of bounds) * (1 / m); on any other axis they overlap all the time or never, by their bounds. The result is
+/// the greatest of 0 and all `enter`, if that is at most max_fraction and every `leave`.
 template <int Dim, Coordinate T>
 [[nodiscard]] constexpr std::optional<T> hit_fraction(const Sweep<Dim, T>& sweep,
                                                       const Aabb<Dim, T>& target) noexcept
@@ -221,7 +220,8 @@ template <int Dim, Coordinate T>
     return std::nullopt;
 }
 
-/// A ray is the sweep of a point: it touches faces that it runs along, and boxes it begins in at 0.
+/// A ray is the sweep of a point: it touches faces that it runs along, and it touches boxes that it begins in
+/// at 0.
 template <int Dim, Coordinate T>
 [[nodiscard]] constexpr std::optional<T> hit_fraction(const Ray<Dim, T>& ray,
                                                       const Aabb<Dim, T>& target) noexcept
@@ -235,8 +235,8 @@ template <int Dim, Coordinate T>
     return hit_fraction(sweep, target);
 }
 
-/// The squared distance from a point to a box, summed from the first axis to the last in T. A distance whose
-/// square overflows is infinite, and one whose square underflows is 0: such distances cannot be told apart.
+/// The squared distance from a point to a box, summed from the first axis to the last in T. If the square
+/// overflows it is infinite, and if it underflows it is 0: such distances can't be told apart.
 template <int Dim, Coordinate T>
 [[nodiscard]] constexpr T squared_distance(const std::type_identity_t<Vec<Dim, T>>& point,
                                            const Aabb<Dim, T>& box) noexcept
@@ -269,8 +269,9 @@ template <int Dim, Coordinate T>
     return squared_distance(sphere.center, box) <= sphere.radius * sphere.radius;
 }
 
-/// Whether for every plane the box's corner furthest along the normal has normal * corner, summed from the
-/// first axis to the last, plus offset, >= 0. An axis on which the normal is 0 isn't summed.
+/// Whether dot(normal, corner) + offset >= 0 for every plane, where corner is the box's corner furthest along
+/// the normal, and the product is summed from the first axis to the last, without axes on which the normal is
+/// 0.
 template <int Dim, Coordinate T>
 [[nodiscard]] constexpr bool overlaps(const Frustum<Dim, T>& frustum, const Aabb<Dim, T>& box) noexcept
 {
@@ -286,7 +287,7 @@ template <int Dim, Coordinate T>
 }
 
 namespace detail {
-/// The `Error` where the visitor of an object has made the bound NaN.
+/// The `Error` for a visitor that has set the bound to NaN.
 [[noreturn]] JOSTLE_API void throw_bad_bound(std::uint32_t object);
 } // namespace detail
 

@@ -19,14 +19,14 @@
 #include "jostle/version.hpp"
 #include "jostle/world.hpp"
 
-// Queries about the shapes of a World's or BoxIndex's objects, by the verbs of Queries, and their answers:
+// Queries about the shapes of a World's or BoxIndex's objects, with the verbs of Queries, and their answers:
 //
 //     if (const auto hit = world.first(Ray3f{eye, direction}, {shapes, poses}))
 //         use(hit->id, poses[hit->id.index].position + hit->point, hit->normal);
 
 JOSTLE_NAMESPACE_BEGIN
 
-/// A shape that moves by `displacement` from where it is, without turning.
+/// A shape that moves by `displacement`, without turning.
 template <int Dim, Coordinate T>
 struct ShapeSweep
 {
@@ -35,7 +35,7 @@ struct ShapeSweep
     Vec<Dim, T> displacement;
 };
 
-/// Asks for the `count` shapes that are nearest to this one, and no further away than `max_distance`.
+/// Finds the `count` shapes nearest to this one, and no further than `max_distance`.
 template <int Dim, Coordinate T>
 struct NearestToShape
 {
@@ -45,7 +45,8 @@ struct NearestToShape
     T max_distance = std::numeric_limits<T>::infinity();
 };
 
-/// A shape that stays. As a query: what touches it? Also what a function given as PosedShapes returns.
+/// A shape that doesn't move. As a query it finds the shapes that touch it. A function used as PosedShapes
+/// returns one.
 template <int Dim, Coordinate T>
 struct PosedShape
 {
@@ -55,33 +56,33 @@ struct PosedShape
 
 namespace detail {
 
-/// The `Error` where an id has no shape or no pose of its own.
+/// The `Error` if an id has no shape or no pose.
 [[noreturn]] JOSTLE_API void throw_no_shape(std::uint32_t id, std::size_t shapes, std::size_t poses);
 
 } // namespace detail
 
-/// Shape and pose of each object, found by its id in a BoxIndex or the index of its id in a World: Objects,
-/// or a function that is given the id.
+/// The shape and pose of each object, by its id in a BoxIndex or the index of its id in a World: Objects, or
+/// a function of the id.
 ///
-/// Lifetime  it refers to what it is made of: write it where it is used, {shapes, poses} or a lambda. A
-///           variable that is made of a lambda in place refers to one that is gone.
+/// Lifetime  a view: write it in the call, as {shapes, poses} or a lambda. A PosedShapes variable made from a
+///           temporary lambda dangles.
 template <int Dim, Coordinate T>
 class PosedShapes
 {
   public:
-    /// Arrays, vectors, spans or members of structs, with an element for each id up to the greatest that a
-    /// query meets.
+    /// Arrays, vectors, spans or struct members, with an element for each id up to the greatest that a query
+    /// meets.
     PosedShapes(StridedView<Shape<Dim>> shapes, StridedView<Pose<Dim, T>> poses) : objects_{shapes, poses} {}
     /// The same, as a ContactFinder takes them.
     PosedShapes(const Objects<Dim, T>& objects) : objects_(objects) {}
-    /// PosedShape<Dim, T> of(std::uint32_t id); called by several threads at a time in a batch.
+    /// PosedShape<Dim, T> of(std::uint32_t id). A batch calls it from several threads at a time.
     template <class F>
         requires(!std::same_as<std::remove_cvref_t<F>, PosedShapes> &&
                  std::is_invocable_r_v<PosedShape<Dim, T>, F&, std::uint32_t>)
     PosedShapes(F&& of) : of_(std::forward<F>(of))
     {
     }
-    /// Calls use(shape, pose) with those of an object.
+    /// Calls use(shape, pose) for an object.
     template <class F>
     void with(std::uint32_t id, F&& use) const
     {
@@ -100,15 +101,17 @@ class PosedShapes
     FunctionRef<PosedShape<Dim, T>(std::uint32_t id)> of_;
 };
 
-/// Where a ray, or a shape on its way, meets an object's shape. `point` counts from the position of that
-/// object's pose, in world axes, as does `normal`. `Id` is ObjectId in a World, std::uint32_t in a BoxIndex.
+/// Where a ray or a moving shape meets an object's shape. `point` is relative to the position of that
+/// object's pose; `point` and `normal` are in world axes. `Id` is ObjectId in a World, std::uint32_t in a
+/// BoxIndex.
 template <int Dim, Coordinate T, class Id = ObjectId>
 struct ShapeHit : CastHit<Dim, T>
 {
     Id id = Hit<T, Id>::none;
 };
 
-/// How far an object's shape is from the asker's, and where. The asker is a, the object b: see Distance.
+/// How far an object's shape is from the query's, and where. The query's shape is a, the object b: see
+/// Distance.
 template <int Dim, Coordinate T, class Id = ObjectId>
 struct ShapeDistance : Distance<Dim, T>
 {
