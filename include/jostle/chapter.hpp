@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The thesis chapter that Jostle grew out of, as its own small library: a hierarchical grid in a hash table
-/// (chapter 4.1) and all-pairs loops over the cores (chapter 4.2), for study and comparison. Each piece names
-/// its algorithm. What was wrong as printed is corrected there, and listed in docs/inside/chapter.md.
-/// For speed use find_pairs.hpp: it needs no cell sizes and no insertion.
+/// The thesis chapter that Jostle grew out of, as a small library for study and comparison: a hierarchical
+/// grid in a hash table (chapter 4.1) and all-pairs loops over the cores (chapter 4.2). Each piece names its
+/// algorithm. Errors in the printed algorithms are fixed here, marked "Fixed", and listed in
+/// docs/inside/chapter.md. For speed use find_pairs.hpp, which needs no cell sizes and no insertion.
 ///
 /// A "processor" here is one task of an Executor: there are executor.concurrency() of them, and "wait until
 /// all threads finish" is the return of Executor::run.
@@ -32,15 +32,15 @@ namespace chapter {
 
 // ---- Cells and buckets ---------------------------------------------------------------------------------
 
-/// A cell's place in the grid of one level, one number per axis.
+/// A cell's position in the grid of one level, one number per axis.
 template <int Dim>
 using Cell = std::array<std::int64_t, detail::axes<Dim>>;
 
 /// The cell that holds a position on one axis.
 ///
-/// Mended   floor in place of truncation, which folds cells -1 and 0 into one. Clamped to +-2^62, so that
-///          far away and infinite positions have a cell too; it still never falls as the position rises,
-///          and that is all that exactness needs.
+/// Fixed    floor instead of truncation, which folds cells -1 and 0 into one. Clamped to +-2^62, so that far
+///          away and infinite positions have a cell too. It is still monotonic, which is all that exactness
+///          needs.
 /// Source   thesis, ch. 4, eq. 1-2.
 template <Coordinate T>
 [[nodiscard]] JOSTLE_API std::int64_t cell_index(T position, T cell_size) noexcept;
@@ -53,7 +53,7 @@ enum class Hash
 };
 
 /// The bucket of a cell, in [0, buckets). Collisions cost time, never pairs.
-/// Source   thesis, ch. 4, Alg. 7 (ComputeHashBucketIndex); z is added alike in 3D.
+/// Source   thesis, ch. 4, Alg. 7 (ComputeHashBucketIndex); in 3D z is added likewise.
 template <int Dim>
 [[nodiscard]] JOSTLE_API std::uint32_t bucket_index(const Cell<Dim>& cell, std::uint32_t level,
                                                     std::uint32_t buckets, Hash hash) noexcept;
@@ -63,21 +63,21 @@ template <int Dim>
 template <Coordinate T>
 struct GridOptions
 {
-    /// The edge of a level's cells, ascending, each finite and above 0. Objects larger than the last are
-    /// kept in one list that every object is tested against: right at any number of them, fast for few.
+    /// The edge length of each level's cells, ascending, finite and above 0. Objects larger than the last are
+    /// kept in one list that every object is tested against: correct for any number, fast for few.
     std::vector<T> cell_sizes;
-    /// The chapter's MAX_BUCKETS, at least 1. No limit on the objects: about as many buckets as objects are
-    /// fast.
+    /// The chapter's MAX_BUCKETS, at least 1. It doesn't limit the objects; about as many buckets as objects
+    /// is fast.
     std::uint32_t buckets = 1u << 16;
     Hash hash = Hash::mixing;
 };
 
-/// What the last detect_proximity did; independent of the number of processors.
+/// What the last detect_proximity did, independent of the number of processors.
 struct GridStats
 {
     std::uint64_t cells = 0;   ///< cells probed
     std::uint64_t visited = 0; ///< objects met in the buckets of those cells
-    std::uint64_t tests = 0;   ///< calls of IsClose: those of them that were in the cell itself
+    std::uint64_t tests = 0;   ///< calls of IsClose: those visited that were in the cell itself
     std::uint64_t bytes = 0;   ///< the grid's memory, without the pairs
 };
 
@@ -89,9 +89,9 @@ struct Interval
     friend constexpr bool operator==(const Interval&, const Interval&) = default;
 };
 
-/// Equal shares of `objects`, the remainder to the last processor.
+/// An equal share of `objects`; the last processor also gets the remainder.
 ///
-/// Mended   with one processor the printed code reads intervals[-1].
+/// Fixed    with one processor the printed code reads intervals[-1].
 /// Source   thesis, ch. 4, Alg. 9, lines 1-10.
 [[nodiscard]] JOSTLE_API Interval work_interval(std::uint32_t processor, std::uint32_t processors,
                                                 std::uint32_t objects) noexcept;
@@ -102,28 +102,28 @@ enum class Batching
     atomic_cursor,    ///< the same batches claimed by one atomic addition
 };
 
-/// Runs `test` for every pair, `batch` pairs at a time to whichever processor is free.
+/// Runs `test` for every pair, giving `batch` pairs at a time to whichever processor is free.
 ///
 /// Threads  `test` is called from several threads at a time, once per pair; `processor` is below
 ///          executor.concurrency() and belongs to one thread at a time.
-/// Errors   what `test` throws leaves the call after the other processors have finished their batch; some
-///          pairs are untested then. `Error` if batch is 0.
+/// Errors   what `test` throws leaves the call after the other processors have finished their batch, with
+///          some pairs untested. `Error` if batch is 0.
 /// Source   thesis, ch. 4, Alg. 11 (TestCollisionThread).
 JOSTLE_API void test_collisions(std::span<const Pair> close_pairs, Executor& executor,
                                 FunctionRef<void(std::uint32_t processor, const Pair& pair)> test,
                                 Batching batching = Batching::atomic_cursor, std::uint32_t batch = 64);
 
-/// A hierarchy of uniform grids in one hash table. An object is stored once, in the cell of its min corner,
-/// on the first level whose cells hold it, and looks for others on its own level and on the coarser ones.
+/// A hierarchy of uniform grids in one hash table. An object is stored once, in the cell of its min corner on
+/// the first level whose cells hold it, and searches its own level and the coarser ones.
 ///
-/// Touching  closed boxes, exactly, as in `overlaps`. Each pair once: on its own level an object reports only
-///           what lies ahead of it, on coarser levels it is the only one to look, and every cell takes from a
-///           bucket its own objects alone. So no set of seen pairs is kept.
-/// Objects   are named by the number that add() returns. A removed object's number is given out again.
+/// Touching  closed boxes, exactly, as in `overlaps`. Each pair is found once: on its own level an object
+///           reports only what is ahead of it, on coarser levels only the finer object searches, and a cell
+///           takes only its own objects from a bucket. So no set of seen pairs is needed.
+/// Objects   are named by the number that add() returns. The number of a removed object is reused.
 /// Cost      add, remove and move O(1). Detection O(objects x occupied levels + candidates); O(n^2) when all
 ///           objects share a cell.
 /// Threads   const members from any number of threads, others one at a time.
-/// Errors    `Error` for NaN, inverted and unknown objects and bad options; nothing has changed then.
+/// Errors    `Error` for NaN, inverted and unknown objects and bad options. Nothing is changed then.
 /// Source    thesis, ch. 4.1; hierarchical grids: Mirtich (1996); in a hash table: Ericson (2005), sec. 7.2.
 template <int Dim, Coordinate T>
 class JOSTLE_API Grid
@@ -132,24 +132,25 @@ class JOSTLE_API Grid
     explicit Grid(GridOptions<T> options);
 
     /// Alg. 6 (AddObject). Returns the object's number: the lowest never used, or the last one removed.
-    /// Mended: an object larger than the largest cell, for which the printed search ends on a level that
-    /// isn't there; and one that rounding lays over three cells goes one level up.
+    /// Fixed: an object larger than the largest cell, for which the printed search ends on a level that
+    /// doesn't exist. An object that extends over three cells by rounding goes one level up.
     std::uint32_t add(const Aabb<Dim, T>& box);
-    /// Alg. 8 (RemoveObject). Mended: a bucket whose first object is removed gets a new first object.
+    /// Alg. 8 (RemoveObject). Fixed: a bucket whose first object is removed gets a new first object.
     void remove(std::uint32_t object);
-    /// Gives an object a new box: Alg. 8 and 6 if it enters another cell, nearly free if it doesn't.
+    /// Gives an object a new box: Alg. 8 and 6 if it enters another cell; nearly free if it doesn't.
     void move(std::uint32_t object, const Aabb<Dim, T>& box);
 
     [[nodiscard]] std::size_t size() const noexcept { return objects_.size(); }
     [[nodiscard]] bool contains(std::uint32_t object) const noexcept;
     [[nodiscard]] const Aabb<Dim, T>& box(std::uint32_t object) const;
-    /// The index of its cell size; cell_sizes.size() for objects larger than all of them.
+    /// Returns the index of the object's cell size, or cell_sizes.size() if it is larger than all of them.
     [[nodiscard]] std::uint32_t level(std::uint32_t object) const;
 
-    /// The first half of Alg. 9, with Alg. 10 (DetectProximityThread) on every processor: all touching pairs.
+    /// Returns all touching pairs: the first half of Alg. 9, with Alg. 10 (DetectProximityThread) on every
+    /// processor.
     ///
-    /// Order     a < b in each; the pairs in an order that depends on the history of add, remove and move,
-    ///           not on processors or threads.
+    /// Order     a < b in each pair. The order of pairs depends on the history of add, remove and move, not
+    ///           on processors or threads.
     /// Lifetime  the result is valid until the next detection.
     std::span<const Pair> detect_proximity(Executor& executor);
     /// The chapter's closePairs: the result of the last detection.
@@ -161,7 +162,7 @@ class JOSTLE_API Grid
                                      FunctionRef<void(std::uint32_t processor, const Pair& pair)> test,
                                      Batching batching = Batching::atomic_cursor, std::uint32_t batch = 64);
 
-    /// Checks every link, level and cell: false means a bug in the grid. O(objects + buckets). For tests.
+    /// Checks every link, level and cell. False means a bug in the grid. O(objects + buckets). For tests.
     [[nodiscard]] bool validate() const;
 
   private:
@@ -177,7 +178,7 @@ class JOSTLE_API Grid
     struct Object
     {
         Aabb<Dim, T> box;
-        Place place; // bucket == none: removed; next is the one removed before it then
+        Place place; // bucket == none: removed; then next is the one removed before it
         std::uint32_t previous, next;
         std::uint32_t position; // in objects_
     };
@@ -194,24 +195,24 @@ class JOSTLE_API Grid
     void detect_proximity_thread(Interval interval, ProcessorResult& result) const;
 
     GridOptions<T> options_;
-    std::vector<std::uint32_t> grid_;       // each bucket's first object; the last one is the oversize list
+    std::vector<std::uint32_t> grid_;       // each bucket's first object; the last is the oversize list
     std::vector<std::uint32_t> level_size_; // objects per level
     std::vector<Object> records_;           // by the objects' numbers
-    std::vector<std::uint32_t> objects_;    // the numbers of those that are there
+    std::vector<std::uint32_t> objects_;    // the numbers of the existing ones
     std::uint32_t first_removed_ = none;
     std::vector<Pair> close_pairs_;
     GridStats stats_;
 };
 
-/// Cell sizes that suit the boxes: a power of two for each one that some box needs, so that a box fills at
-/// least half of a cell's edge. Never empty. Boxes much smaller than the scene share the smallest one.
-/// Cost     one pass and a sort of a sample. Boxes are taken to be valid.
+/// Returns cell sizes that suit the boxes: the powers of two that some box needs, so that a box fills at
+/// least half of a cell's edge. Never empty. Boxes much smaller than the scene share the smallest size.
+/// Cost     one pass and a sort of a sample. Boxes must be valid.
 template <int Dim, Coordinate T>
 [[nodiscard]] JOSTLE_API std::vector<T> choose_cell_sizes(const BoxView<Dim, T>& boxes);
 
-/// All touching pairs by the chapter's grid, with nothing to choose.
+/// Returns all touching pairs by the chapter's grid, with nothing to configure.
 ///
-/// Order    a < b in each; depends on the boxes alone, not on the executor.
+/// Order    a < b in each pair. The order depends only on the boxes, not on the executor.
 /// Cost     builds a grid on the calling thread, then detects on all processors.
 /// Errors   as jostle::find_pairs.
 template <int Dim, Coordinate T>
@@ -221,14 +222,14 @@ template <int Dim, Coordinate T>
 // ---- All pairs over the cores --------------------------------------------------------------------------
 
 /// Runs `work` once for each processor and waits for all of them. If some throw, the exception of the lowest
-/// processor leaves the call after the last has finished: executors themselves never see one.
+/// processor leaves the call after the last has finished; executors never see an exception.
 JOSTLE_API void on_all_processors(Executor& executor,
                                   FunctionRef<void(std::uint32_t processor, std::uint32_t processors)> work);
 
-/// Every object against every later one on one processor: n (n-1) / 2 tests.
+/// Tests every object against every later one on one processor: n (n-1) / 2 tests.
 ///
-/// test_collision(i, j) says whether they collide, i < j. If so on_collision(i, j) and on_collision(j, i)
-/// follow: the first object's response to the second.
+/// test_collision(i, j) says whether i and j, with i < j, collide. If so, on_collision(i, j) and
+/// on_collision(j, i) are called: the first object's response to the second.
 /// Source   thesis, ch. 4, Alg. 12.
 template <class TestCollision, class OnCollision>
 void process_collision_serial(std::uint32_t objects, TestCollision&& test_collision,
@@ -242,7 +243,7 @@ void process_collision_serial(std::uint32_t objects, TestCollision&& test_collis
             }
 }
 
-/// One processor's share when the objects are cut into equal blocks: the first gets the most tests by far.
+/// One processor's share if the objects are cut into equal blocks: the first gets by far the most tests.
 /// Source   thesis, ch. 4, Alg. 13.
 template <class TestCollision, class OnCollision>
 void process_collision_blocks(std::uint32_t processor, std::uint32_t processors, std::uint32_t objects,
@@ -259,8 +260,8 @@ void process_collision_blocks(std::uint32_t processor, std::uint32_t processors,
             }
 }
 
-/// One processor's share in zig-zag: who took the most expensive object of one round takes the cheapest of
-/// the next. All shares are nearly equal.
+/// One processor's share in zig-zag: the processor that took the most expensive object of one round takes the
+/// cheapest of the next. All shares are nearly equal.
 /// Source   thesis, ch. 4, Alg. 14.
 template <class TestCollision, class OnCollision>
 void process_collision_zigzag(std::uint32_t processor, std::uint32_t processors, std::uint32_t objects,
@@ -276,20 +277,21 @@ void process_collision_zigzag(std::uint32_t processor, std::uint32_t processors,
             }
 }
 
-/// The bytes that cores take from each other as one. 64 on x86 and most ARM; where it is more, it costs time.
+/// The size of a cache line: 64 on x86 and most ARM. If it is actually larger, that only costs time.
 inline constexpr std::size_t cache_line = 64;
 
-/// One response per object and processor, added up after a barrier: no lock, and no line of memory that two
+/// One response per object and processor, added up after a barrier: no lock, and no cache line that two
 /// processors write.
 ///
-/// Response  default-constructs to "nothing" and adds with +=. An object's responses of one processor are
-///           added as they come, the processors' sums in ascending order: with a floating-point Response the
+/// Response  default-constructs to zero and adds with +=. An object's responses of one processor are added as
+///           they come, and the processors' sums in ascending order. So with a floating-point Response the
 ///           last bits depend on the number of processors; with integers, or SparseResponses, they don't.
 /// Memory    objects x processors responses, however few collide.
 /// Threads   add() for different processors at the same time; merge() when they are done.
-/// Mended    Alg. 16 assigns, so that of several collisions in one processor's share only the last counts.
-/// Source    thesis, ch. 4, Alg. 15-16, fig. 4.8; rows by processor, where the figure shows them by object:
-///           neighbours on a line then belong to one processor, which is what sec. 4.2 d asks for.
+/// Fixed     Alg. 16 assigns instead of adding, so only the last of several collisions in one processor's
+///           share counts.
+/// Source    thesis, ch. 4, Alg. 15-16, fig. 4.8; here with rows by processor, where the figure has them by
+///           object: then all values on a cache line belong to one processor, as sec. 4.2 d demands.
 template <class Response>
 class DenseResponses
 {
@@ -319,7 +321,7 @@ class DenseResponses
     }
 
   private:
-    /// Whole cache lines, so that two rows never share one.
+    /// Allocates whole cache lines, so that two rows never share one.
     template <class U>
     struct WholeLines
     {
@@ -332,7 +334,7 @@ class DenseResponses
         }
         U* allocate(std::size_t n)
         {
-            // A vector asks for no more than half of what can be addressed.
+            // Can't overflow: a vector asks for no more than half of the address space.
             return static_cast<U*>(
                 ::operator new((n * sizeof(U) + cache_line - 1) / cache_line * cache_line, alignment));
         }
@@ -345,13 +347,13 @@ class DenseResponses
     std::vector<Response> merged_;
 };
 
-/// The same for many objects on many cores: each processor keeps a list of the responses that there were.
+/// The same for many objects on many cores: each processor keeps a list of the actual responses.
 ///
-/// Response  as above. An object's responses are added in ascending order of the other object: the same bits
-///           for any number of processors, floating point too.
+/// Response  as above. An object's responses are added in ascending order of the other object, which gives
+///           the same bits for any number of processors, floating point too.
 /// Memory    one entry per response.
 /// Threads   add() for different processors at the same time; merge() when they are done.
-/// Source    in place of fig. 4.8's full table.
+/// Source    replaces the full table of fig. 4.8.
 template <class Response>
 class SparseResponses
 {
@@ -364,7 +366,7 @@ class SparseResponses
     /// The sum per object, by its number; what was added is used up. Valid until the next merge.
     std::span<const Response> merge(Executor& executor)
     {
-        // Gathered by object with a counting sort: `next` becomes each object's end in `all`.
+        // A counting sort by object: `next` becomes each object's end in `all`.
         std::vector<std::size_t> next(merged_.size() + 1, 0);
         std::size_t total = 0;
         for (const List& list : lists_) {
@@ -402,7 +404,7 @@ class SparseResponses
         std::uint32_t object, other;
         Response response;
     };
-    struct alignas(cache_line) List // each processor's vector header on a line of its own
+    struct alignas(cache_line) List // each processor's vector header on its own cache line
     {
         std::vector<Entry> entries;
     };
@@ -410,10 +412,11 @@ class SparseResponses
     std::vector<Response> merged_;
 };
 
-/// All pairs in zig-zag on all processors, responses kept per processor, and merged after the barrier.
+/// Tests all pairs in zig-zag on all processors, keeps responses per processor, and merges them after the
+/// barrier.
 ///
 /// respond(i, j) is the response of object i to its collision with j. `responses` is a DenseResponses or
-/// SparseResponses for that many objects and executor.concurrency() processors. Returns the sum per object.
+/// SparseResponses for `objects` objects and executor.concurrency() processors. Returns the sum per object.
 /// Source   thesis, ch. 4, Alg. 15 (ProcessCollision) and 16 (OnCollision), fig. 4.8.
 template <class TestCollision, class Respond, class Responses>
 auto process_collision_responses(Executor& executor, std::uint32_t objects, TestCollision&& test_collision,

@@ -20,25 +20,26 @@
 
 JOSTLE_NAMESPACE_BEGIN
 
-/// How a Responses keeps what is added until it is merged. The merged values are the same bits in both.
+/// How a Responses stores what is added until it is merged. The merged values have the same bits in both
+/// forms.
 enum class ResponseForm
 {
-    /// The form that needs less memory if each item of the plan adds two responses; for process_all_pairs
-    /// the sparse one, since few of all pairs have a response.
+    /// The form that needs less memory if each item of the plan adds two responses; sparse for
+    /// process_all_pairs, where few pairs have a response.
     automatic,
-    /// An array of all objects for each block of work, as in the chapter's fig. 4.8 for each processor. For
-    /// few objects with many responses each. Memory: blocks x objects x sizeof(T).
+    /// An array over all objects for each block of work (the thesis, fig. 4.8, has one for each processor).
+    /// For few objects with many responses each. Memory: blocks x objects x sizeof(T).
     dense,
-    /// Lists of responses, sorted roughly by object as they come. Memory: sizeof(T) + 8 bytes per response,
-    /// and for each slot up to 1 KB per 512 objects (from 131,072 objects on up to 256 KB).
+    /// Lists of responses, sorted roughly by object as they are added. Memory: sizeof(T) + 8 bytes per
+    /// response, and for each slot up to 1 KB per 512 objects (up to 256 KB from 131,072 objects on).
     sparse,
 };
 
 struct ResponsesOptions
 {
-    /// For merge(). Null means default_executor(). It must outlive the Responses.
+    /// Runs merge(). Null means default_executor(). It must outlive the Responses.
     Executor* executor = nullptr;
-    /// Where memory comes from. Used from several threads at a time: give a synchronised resource.
+    /// Provides the memory. It is used from several threads at a time, so it must be synchronised.
     std::pmr::memory_resource* memory = std::pmr::get_default_resource();
     ResponseForm form = ResponseForm::automatic;
 };
@@ -62,11 +63,11 @@ inline void prefetch_for_writing([[maybe_unused]] const void* memory) noexcept
 #endif
 }
 
-/// The memory of a Responses, whatever its T is.
+/// The memory of a Responses, for any T.
 class JOSTLE_API ResponseStore
 {
   public:
-    /// A piece of a list; its entries follow it.
+    /// A piece of a list, followed by its entries.
     struct Chunk
     {
         Chunk* next;
@@ -78,7 +79,7 @@ class JOSTLE_API ResponseStore
         std::byte* next;
         std::byte* end; ///< of the chunk
     };
-    /// One task's own, on lines of memory of its own.
+    /// The state of one task, on its own cache lines.
     struct alignas(128) Slot
     {
         Place* places; ///< by bin
@@ -88,21 +89,21 @@ class JOSTLE_API ResponseStore
         std::uint32_t last_block;
         bool ascending; ///< no block came after a higher one
     };
-    /// What one slot added to one bin, oldest first; next == end when it is at its end.
+    /// What one slot added to one bin, oldest first; next == end at its end.
     struct List
     {
         const std::byte* next;
         const std::byte* end;
         Chunk* chunk;
     };
-    /// All there is to merge the objects [first, first + count).
+    /// What is needed to merge the objects [first, first + count).
     struct Bin
     {
         std::uint32_t first, count;
         std::span<List> lists; ///< of the slots that added something
         bool ascending;        ///< in every list
         bool* dirty;           ///< whether their values are other than T{}
-        bool* merged;          ///< whether they are, since start()
+        bool* merged;          ///< whether they have been since start()
         std::byte* partial;    ///< scratch: a T per object
         std::uint32_t* block;  ///< scratch: a number per object
     };
@@ -118,13 +119,13 @@ class JOSTLE_API ResponseStore
     /// Whether every slot's blocks ascend: then merging needs no memory.
     [[nodiscard]] bool in_order() const noexcept;
     [[nodiscard]] Bin open_bin(std::uint32_t bin, std::uint32_t merging_slot) noexcept;
-    /// False at the end of the list.
+    /// Returns false at the end of the list.
     bool next_chunk(List& list) const noexcept;
     void release() noexcept;
 
     // What add() reads. Without start() there are no objects.
     Slot* slots = nullptr;
-    std::byte* rows = nullptr; ///< of the dense form, row_size bytes a block, whole lines of memory
+    std::byte* rows = nullptr; ///< of the dense form, row_size bytes a block, whole cache lines
     std::size_t row_size = 0;
     std::uint32_t objects = 0, blocks = 0;
     std::uint32_t open_slots = 0; ///< 0 when nothing can be added: before start(), after merge()
@@ -150,7 +151,7 @@ class JOSTLE_API ResponseStore
     Chunk* chunk_of(const Place& place) const noexcept;
 
     const std::size_t value_size_, entry_size_, header_size_, chunk_size_;
-    std::byte* frame_ = nullptr; // all below and the public arrays, as start() laid them out
+    std::byte* frame_ = nullptr; // holds all arrays below and the public ones, laid out by start()
     std::size_t frame_size_ = 0;
     List* lists_ = nullptr; // per merging slot: one for each slot
     std::byte* partial_ = nullptr;
@@ -163,24 +164,25 @@ class JOSTLE_API ResponseStore
 
 } // namespace detail
 
-/// Adds up what happens to objects, on all cores at once: impulses, counts, anything that can be merged.
+/// Accumulates values per object on all cores at once: impulses, counts, anything that can be merged.
 ///
-/// Each task adds to any object it likes, without locks and without writing to a cache line that another
-/// task writes to. After the work, merge() brings together what was added to each object.
+/// Any task may add to any object, without locks and without sharing cache lines for writing. After the work,
+/// merge() combines what was added to each object.
 ///
 ///     responses.start(objects, plan_work(pairs.size(), options)); // the same options as below
 ///     process_pairs(pairs, [&](Pair pair, Work work) { responses.add(work, pair.a, ...); }, options);
 ///     std::span<const T> sums = responses.merge();
 ///
 /// Exact    bit for bit the same for any number of threads, any executor and any order of execution,
-///          floating-point sums included. An object's responses of one block of work are merged in the order
-///          in which they were added, beginning with T{}; then the blocks' results in ascending order,
-///          beginning with T{}. With one block that is a plain loop.
+///          floating-point sums included. An object's responses within one block of work are merged in the
+///          order in which they were added, starting with T{}; then the blocks' results in ascending order,
+///          starting with T{}. With one block that is a plain loop.
 /// T        trivially copyable. T{} must be neutral: merging it changes nothing.
-/// Merge    merge(into, value): T& and const T&. Called on several threads at a time; must not throw.
-/// Threads  add() on several threads at a time if their slots differ; blocks in any order; all adds of one
-///          block with one slot. Of the other members, one call at a time.
-/// Memory   kept from frame to frame: a steady frame allocates nothing, whichever slot does how much.
+/// Merge    called as merge(into, value) with T& and const T&, on several threads at a time; must not throw.
+/// Threads  add() may run on several threads at a time if their slots differ, with blocks in any order, but
+///          all adds of one block with the same slot. Other members: one call at a time.
+/// Memory   kept from frame to frame: a steady frame allocates nothing, however the work is spread over
+///          slots.
 /// Source   thesis, ch. 4, Alg. 15-16 and fig. 4.8, there with an array per processor.
 template <class T, class Merge = AddUp>
 class Responses
@@ -195,7 +197,7 @@ class Responses
     {
     }
 
-    /// Forgets everything, and makes room for the responses of work cut by `plan` to `objects` objects.
+    /// Discards everything, and makes room for responses of `objects` objects from work cut by `plan`.
     /// Errors   std::bad_alloc; then nothing can be added until a start succeeds.
     void start(std::uint32_t objects, const WorkPlan& plan)
     {
@@ -230,10 +232,10 @@ class Responses
         slot.last_block = work.block;
     }
 
-    /// Returns the merged responses, by object; T{} where there were none. They are valid until the next
-    /// start(); another call before that returns them again. Nothing can be added in between.
-    /// Errors   std::bad_alloc, only where blocks were worked on out of order; what the executor throws, and
-    ///          an `Error` if it leaves tasks out. Nothing is lost then: call merge() again.
+    /// Returns the merged responses by object, T{} where there were none. They are valid until the next
+    /// start(). Another call before that returns them again. Nothing can be added in between.
+    /// Errors   std::bad_alloc, only if blocks ran out of order; what the executor throws, and an `Error` if
+    ///          it leaves tasks out. Nothing is lost then: call merge() again.
     /// Cost     one pass over the responses, and over the objects that have or had one; parallel.
     std::span<const T> merge()
     {
@@ -241,8 +243,8 @@ class Responses
         return {values(), store_->objects};
     }
 
-    /// Merges, and calls apply(first, values) for runs of objects from `first` on, as soon as each run is
-    /// merged and still in the cache. Runs without a response may be left out.
+    /// Merges, and calls apply(first, values) for each run of objects, which begins at `first`, as soon as it
+    /// is merged and still in the cache. Runs without a response may be skipped.
     ///
     /// Threads  `apply` is called on several threads at a time. It must not throw.
     template <class F>
@@ -256,13 +258,13 @@ class Responses
         });
     }
 
-    /// Returns the form that the last start() has chosen.
+    /// Returns the form that the last start() chose.
     [[nodiscard]] ResponseForm form() const noexcept
     {
         return store_->rows != nullptr ? ResponseForm::dense : ResponseForm::sparse;
     }
     [[nodiscard]] std::uint64_t bytes_reserved() const noexcept { return store_->bytes_reserved; }
-    /// Gives all memory back, the merged values' included.
+    /// Frees all memory, that of the merged values included.
     void release_memory() noexcept { store_->release(); }
 
   private:

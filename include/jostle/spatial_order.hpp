@@ -17,25 +17,25 @@
 #include "jostle/process.hpp"
 #include "jostle/version.hpp"
 
-/// Neighbours in space made neighbours in memory. What works through boxes, pairs and bodies is faster then,
-/// because whatever belongs together is fetched together.
+/// Sorts arrays so that neighbours in space are neighbours in memory. Loops over boxes, pairs and bodies then
+/// run faster, because what belongs together is fetched together.
 ///
 ///     std::vector<std::uint32_t> order(boxes.size());
 ///     jostle::spatial_order(boxes, order);                      // now and then, such as every 100 frames
-///     jostle::apply_order(order, boxes, positions, velocities); // all that is numbered like the boxes
+///     jostle::apply_order(order, boxes, positions, velocities); // all arrays numbered like the boxes
 
 JOSTLE_NAMESPACE_BEGIN
 
-/// Writes an order of the boxes along space: order[k] is the position of the box that comes k-th.
+/// Writes a spatial order of the boxes: order[k] is the position of the k-th box.
 ///
-/// Order     boxes that lie near each other come near each other, along a Z-curve through their centres.
-///           Boxes much larger than most come behind all others. A few boxes that lie in about the same place
-///           keep their order, so that sorted boxes which have moved a bit stay almost as they are. The order
-///           depends on the boxes alone, not on threads, instruction set, or a host that flushes denormals.
-/// Cost      linear, and up to one and a half times that of searching them once. 32 bytes a box of memory.
+/// Order     boxes near each other in space are near each other in the order, along a Z-curve through their
+///           centres. Boxes much larger than most come last. Boxes in about the same place keep their order,
+///           so sorted boxes that have moved a little stay almost sorted. The order depends only on the
+///           boxes, not on threads, instruction set, or whether the host flushes denormals.
+/// Cost      linear: up to 1.5 times one search of the boxes. 32 bytes of memory a box.
 /// Errors    `Error` for the lowest box that is NaN or inverted; size_mismatch unless `order` has one element
 ///           per box; too_many_objects for more than 2^32 - 1 boxes. Nothing is written then.
-/// Threads   may be called by several threads at a time.
+/// Threads   several threads may call it at a time.
 /// Source    Morton, A computer oriented geodetic data base and a new technique in file sequencing (1966).
 template <int Dim, Coordinate T>
 void spatial_order(const BoxView<Dim, T>& boxes, std::span<std::uint32_t> order,
@@ -47,12 +47,12 @@ void spatial_order(const Boxes& boxes, std::span<std::uint32_t> order, const Fin
 }
 
 namespace detail {
-/// The `Error` for an order of this length and an array that has `size` elements.
+/// The `Error` for an order and an array of different lengths.
 [[noreturn]] JOSTLE_API void throw_not_ordered(std::size_t order, std::size_t size, std::size_t array);
-/// The `Error` unless each number below order.size() is in there once.
+/// Throws an `Error` unless each number below order.size() occurs once.
 JOSTLE_API void check_order(std::span<const std::uint32_t> order);
 
-/// What lies one after another in an array: a vector, a span, a C array.
+/// The element type of a contiguous array: a vector, a span, a C array.
 template <class Array>
 using ValueIn = std::remove_reference_t<decltype(*std::data(std::declval<Array&>()))>;
 
@@ -103,18 +103,18 @@ void apply_order_on(Executor* executor, std::span<const std::uint32_t> order, Ar
 }
 } // namespace detail
 
-/// Puts the elements of arrays into an order: the k-th becomes the one that was at order[k].
+/// Reorders the elements of arrays: the k-th becomes the one that was at order[k].
 ///
 ///     jostle::apply_order(order, boxes, velocities, names);
 ///
-/// The arrays are vectors, spans or C arrays, with one element each for every one of `order`; moving an
-/// element mustn't throw. Results of searches name positions: everything that is numbered like the
-/// boxes has to be put in order, too. A `World` needs nothing, for it goes by ids.
+/// The arrays are vectors, spans or C arrays, each as long as `order`; moving an element mustn't throw.
+/// Results of searches name positions, so everything that is numbered like the boxes must be reordered too. A
+/// `World` is not affected, since it goes by ids.
 ///
-/// Errors    `Error`, before anything is moved: size_mismatch for an array that is longer or shorter;
+/// Errors    `Error`, before anything is moved: size_mismatch for an array of another length;
 ///           invalid_argument for an order that doesn't have every position once. `std::bad_alloc`, after
-///           which some arrays may be in order and others not.
-/// Threads   works on default_executor(), or on the one that comes first; one call at a time for the same
+///           which some arrays may be reordered and others not.
+/// Threads   runs on default_executor(), or on the executor given first; one call at a time for the same
 ///           arrays.
 template <class... Arrays>
     requires(std::is_nothrow_move_constructible_v<detail::ValueIn<Arrays>> && ...)

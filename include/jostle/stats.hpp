@@ -7,7 +7,7 @@
 
 JOSTLE_NAMESPACE_BEGIN
 
-/// What a finder's last call did. It is always counted:
+/// What a finder's last call did. It is always collected:
 ///
 ///     finder.find(boxes);
 ///     std::printf("%.2f ms, %llu pairs\n", finder.stats().ms_total,

@@ -16,8 +16,8 @@ JOSTLE_NAMESPACE_BEGIN
 template <class T>
 concept Coordinate = std::same_as<T, float> || std::same_as<T, double>;
 
-/// How Jostle reads the coordinates of a vector type that is not its own. Specialise it for a type that is
-/// none of those below:
+/// How Jostle reads the coordinates of another library's vector type. Specialise it for types not listed
+/// below:
 ///
 ///     template <>
 ///     struct jostle::VectorTraits<game::Position>
@@ -26,9 +26,9 @@ concept Coordinate = std::same_as<T, float> || std::same_as<T, double>;
 ///         static float get(const game::Position& p, int axis) { return p.coordinate(axis); }
 ///     };
 ///
-/// Known without a specialisation: C arrays and std::array; types with members x, y and, in 3D, z; types with
-/// an operator[] whose size is known when compiling, as a constant SizeAtCompileTime (Eigen), a static
-/// length() (glm) or a std::tuple_size.
+/// No specialisation is needed for C arrays and std::array; for types with members x, y and, in 3D, z; and
+/// for types with an operator[] and a size known at compile time, as a constant SizeAtCompileTime (Eigen), a
+/// static length() (glm) or a std::tuple_size.
 template <class V>
 struct VectorTraits;
 
@@ -97,18 +97,18 @@ struct VectorTraits<Vec<Dim, T>>
     static constexpr T get(const Vec<Dim, T>& v, int axis) noexcept { return v[axis]; }
 };
 
-/// A vector type of somebody else's with Dim coordinates.
+/// A vector type of any library with Dim coordinates.
 template <class V, int Dim>
 concept VectorLike = requires(const V& v) {
     requires VectorTraits<V>::size == Dim;
     { VectorTraits<V>::get(v, 0) } -> std::convertible_to<double>;
 };
 
-/// A point or direction: one number per axis, and nothing else in memory. It is what all of Jostle's boxes,
-/// rays, poses and contacts are made of.
+/// A point or direction: one number per axis, and nothing else in memory. All of Jostle's boxes, rays, poses
+/// and contacts consist of it.
 ///
-/// Any other vector type converts to it where one is expected, such as in `Ray3f{eye, direction}`: see
-/// VectorTraits. Only from double to float has the conversion to be written out, as Vec3f(v).
+/// Other vector types convert to it implicitly, such as in `Ray3f{eye, direction}`: see VectorTraits. Only
+/// the conversion from double to float is explicit, as Vec3f(v).
 template <int Dim, Coordinate T>
 struct Vec
 {
@@ -117,7 +117,7 @@ struct Vec
     using value_type = T;
     T values[detail::axes<Dim>];
 
-    /// Vec{} is zero; a Vec without an initialiser is not set, like any number.
+    /// Vec{} is zero. Without an initialiser a Vec is indeterminate, like any number.
     Vec() = default;
     constexpr Vec(T x, T y) noexcept
         requires(Dim == 2)
@@ -213,7 +213,7 @@ template <Coordinate T>
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-/// In 2D, the third axis of the product in 3D: above 0 where b lies counterclockwise of a.
+/// In 2D, the z component of the product in 3D: positive if b is counterclockwise of a.
 template <Coordinate T>
 [[nodiscard]] constexpr T cross(const Vec<2, T>& a, const Vec<2, T>& b) noexcept
 {
@@ -226,15 +226,15 @@ template <int Dim, Coordinate T>
     return dot(a, a);
 }
 
-/// The Euclidean length. Squares beyond T's range make it infinite or zero.
+/// The Euclidean length; infinite or zero if its square is beyond T's range.
 template <int Dim, Coordinate T>
 [[nodiscard]] T length(const Vec<Dim, T>& a) noexcept
 {
     return std::sqrt(dot(a, a));
 }
 
-/// The vector of length 1 in the same direction; zero for zero. It holds for all finite numbers, also those
-/// whose squares are beyond T's range. NaN or infinity in `a` makes it NaN.
+/// The vector of length 1 in the same direction; zero for zero. It works for all finite numbers, also those
+/// whose squares are beyond T's range. NaN or infinity in `a` gives NaN.
 template <int Dim, Coordinate T>
 [[nodiscard]] Vec<Dim, T> normalized(const Vec<Dim, T>& a) noexcept
 {
@@ -246,7 +246,7 @@ template <int Dim, Coordinate T>
     return scaled / length(scaled);
 }
 
-/// Axis by axis, the lower number of the two; a's where either is NaN.
+/// Axis by axis, the lower of the two numbers; a's if either is NaN.
 template <int Dim, Coordinate T>
 [[nodiscard]] constexpr Vec<Dim, T> min(Vec<Dim, T> a, const Vec<Dim, T>& b) noexcept
 {
@@ -254,7 +254,7 @@ template <int Dim, Coordinate T>
         a[axis] = b[axis] < a[axis] ? b[axis] : a[axis];
     return a;
 }
-/// Axis by axis, the higher number of the two; a's where either is NaN.
+/// Axis by axis, the higher of the two numbers; a's if either is NaN.
 template <int Dim, Coordinate T>
 [[nodiscard]] constexpr Vec<Dim, T> max(Vec<Dim, T> a, const Vec<Dim, T>& b) noexcept
 {
@@ -263,7 +263,7 @@ template <int Dim, Coordinate T>
     return a;
 }
 
-/// The point at `t` on the way from a to b: exactly a at 0 and b at 1, beyond them for other t.
+/// Interpolates from a to b: exactly a at t = 0 and b at t = 1; extrapolates beyond.
 template <int Dim, Coordinate T>
 [[nodiscard]] constexpr Vec<Dim, T> lerp(const Vec<Dim, T>& a, const Vec<Dim, T>& b,
                                          std::type_identity_t<T> t) noexcept

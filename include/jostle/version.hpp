@@ -5,13 +5,13 @@
 #error "Jostle needs C++20: compile with -std=c++20"
 #endif
 
-/// Version of these headers. The numbers are read by CMakeLists.txt; they stand nowhere else.
+/// The version of these headers. CMakeLists.txt reads the numbers from here, and they are nowhere else.
 #define JOSTLE_VERSION_MAJOR 0
 #define JOSTLE_VERSION_MINOR 3
 #define JOSTLE_VERSION_PATCH 0
 
-/// Everything lives in `jostle`, inside an inline namespace of the interface's version, so that two
-/// versions linked into one program can't be mixed up silently: the link fails instead.
+/// Everything is in `jostle`, inside an inline namespace named for the interface's version, so that linking
+/// two versions into one program fails instead of mixing them up silently.
 #define JOSTLE_NAMESPACE_BEGIN                                                                               \
     namespace jostle {                                                                                       \
     inline namespace v0 {
