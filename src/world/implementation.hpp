@@ -29,7 +29,7 @@ template <int Dim, class T>
 struct Rest;
 class Refusals;
 
-/// The pairs that began, by index, alone or in one list with those that persist: made when somebody asks.
+/// The pairs that began, by index, alone or in one list with those that persist. Made on demand.
 class ListedPairs
 {
   public:
@@ -46,11 +46,11 @@ class ListedPairs
 template <int Dim, class T>
 [[nodiscard]] WorldStats describe(const State<Dim, T>& state, const Lists& lists);
 
-/// All pairs that touch and agree, searched for.
+/// Searches for all pairs that touch and whose filters agree.
 template <int Dim, class T>
 [[nodiscard]] PairBuffer all_pairs(const State<Dim, T>& state);
 
-/// How far a view has followed, and memory to work in.
+/// How far a view has followed, and its working memory.
 template <int Dim, class T>
 struct Following
 {
@@ -61,13 +61,13 @@ struct Following
     ChangeLog::Position position;
     std::pmr::vector<std::uint32_t> touched;    // objects that may have changed
     std::pmr::vector<Index> changed;            // those that have
-    std::pmr::vector<std::uint32_t> gone, come; // from and to the index of what rests
+    std::pmr::vector<std::uint32_t> gone, come; // from and to the index of resting objects
     std::pmr::vector<Aabb<Dim, T>> come_boxes;
 };
 
 } // namespace world
 
-/// docs/inside/world.md tells how it works.
+/// docs/inside/world.md describes how it works.
 namespace world {
 template <int Dim, class T>
 class Asking;
@@ -78,7 +78,7 @@ class AskingMany;
 template <int Dim, Coordinate T>
 struct World<Dim, T>::Implementation
 {
-    // How queries are put to it: see index/queries/verbs.hpp.
+    // The interface for queries: see index/queries/verbs.hpp.
     using Asking = world::Asking<Dim, T>;
     using AskingMany = world::AskingMany<Dim, T>;
     using Filters = detail::QueryFilters<ObjectQueryFilter>;
@@ -99,25 +99,25 @@ struct World<Dim, T>::Implementation
     void queue(const world::Command<Dim, T>& command);
     /// Throws if this is a view of another world.
     void check_own() const;
-    /// What queries see of these may be different: after an update or apply(), or because it is taken back.
+    /// What queries see of these may have changed: after an update or apply(), or because that is undone.
     void note(std::span<const world::Index> changed, std::span<const std::uint32_t> settling) noexcept;
-    /// What rests has changed as well: after an update.
+    /// Resting objects have changed as well: after an update.
     void note_resting(std::span<const std::uint32_t> rested,
                       std::span<const std::uint32_t> settling) noexcept;
-    /// In update.cpp: an update, stage by stage; and what can be done ahead of one, for queries.
+    /// In update.cpp: an update, stage by stage, and what can be done ahead of one for queries.
     void update(const world::Moves<Dim, T>& moves);
     void begin_changes();
     void note_removals();
     void commit(const world::Entries<Dim, T>& entries, const world::Rest<Dim, T>& rest,
                 world::Refusals& refusals, world::Lists& next) noexcept;
     void apply_ahead();
-    /// What was applied is queued again, and everything as the last update has left it.
+    /// Queues again what was applied, and restores the state after the last update.
     void take_back() noexcept;
-    /// In snapshot.cpp: the whole world with these ids, which are State::picture_ids().
+    /// In snapshot.cpp: saves the whole world with these ids, which are State::picture_ids().
     [[nodiscard]] std::vector<std::byte> save(const world::IdTable::Picture& ids) const;
-    /// After a restore: the pairs that the last update would have left.
+    /// After a restore: finds the pairs that the last update would have left.
     void recall_pairs();
-    /// The same, once, if it is still to be done.
+    /// The same, once, if it hasn't been done yet.
     void recall_if_due();
     [[nodiscard]] typename world::Objects<Dim, T>::ConstObject checked(ObjectId id) const;
     [[nodiscard]] const world::Lists& last_lists() const noexcept { return lists[last]; }
@@ -125,7 +125,7 @@ struct World<Dim, T>::Implementation
     [[nodiscard]] std::uint64_t bytes() const noexcept { return sizeof *this + memory.bytes(); }
 
     mutable Users users{"World", "queue commands there, and update the world afterwards"};
-    world::CountedMemory memory; // for all that follows; what users get is made in theirs
+    world::CountedMemory memory; // of all members below; results for users are allocated in theirs
 
     world::Queues<Dim, T> queues;
     world::State<Dim, T> state;
@@ -133,18 +133,18 @@ struct World<Dim, T>::Implementation
     world::NeighbourLists<Dim, T> neighbour_lists;
     PairFinder finder;
     world::Arena arena;
-    std::optional<world::Applied<Dim, T>> applied; // since the last update; in its midst, by it
-    world::Lists lists[2];                         // of the last update and, while it is made, of the next
-    std::uint32_t last = 0;                        // which are of the last one
+    std::optional<world::Applied<Dim, T>> applied; // since the last update; during an update, by it
+    world::Lists lists[2];                         // of the last update and, during an update, of that one
+    std::uint32_t last = 0;                        // which of them is the last update's
     WorldStats stats;
-    std::optional<world::Journal<Dim, T>> journal; // in a world that has a base
+    std::optional<world::Journal<Dim, T>> journal; // in a world with a base
     bool recall_is_due = false;
     world::ChangeLog change_log;                     // for views of this world
     std::optional<world::Following<Dim, T>> follows; // in a view
 
     mutable world::ListedPairs began_pairs, changed_pairs;
-    mutable world::FollowingIndex<Dim, T> active_index;        // of what is active
-    std::vector<std::unique_ptr<world::Layer<Dim, T>>> layers; // what the options declare
+    mutable world::FollowingIndex<Dim, T> active_index;        // of active objects
+    std::vector<std::unique_ptr<world::Layer<Dim, T>>> layers; // those that the options declare
 };
 
 JOSTLE_NAMESPACE_END

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// An update, stage by stage. Each works out something and says it; the world stays what it was but for what
-// Changes and Refusals take back when they go. Then all is taken over by steps that can't fail.
+// An update, stage by stage. Each stage computes a result and returns it. Until then the world changes only
+// in ways that the destructors of Changes and Refusals undo. Finally all results are committed by steps that
+// can't fail.
 #include "base/instantiate.hpp"
 #include "index/box_index_access.hpp"
 #include "world/implementation.hpp"
@@ -12,7 +13,7 @@ JOSTLE_NAMESPACE_BEGIN
 namespace world {
 namespace {
 
-/// An object that didn't only move.
+/// An object that did more than move.
 template <int Dim, class T>
 void commit_object(State<Dim, T>& state, NeighbourLists<Dim, T>& neighbour_lists,
                    const Entries<Dim, T>& entries, Index index) noexcept
@@ -20,7 +21,7 @@ void commit_object(State<Dim, T>& state, NeighbourLists<Dim, T>& neighbour_lists
     const auto object = state.objects[index];
     const Place place = object.place();
     if (place == Place::resting) neighbour_lists.note_waking(index);
-    if (shifts(state, entries, index)) { // it stays what it was
+    if (shifts(state, entries, index)) { // its place stays
         object.set(flag::transient, false);
         return;
     }
@@ -61,7 +62,7 @@ void unpark(State<Dim, T>& state, Index index) noexcept
     if (state.objects[index].place() == Place::parked) state.parked.remove(index);
 }
 
-/// Some objects have moved where they rest; those that did so before wait one update less, or have woken up.
+/// Some objects have moved at rest; those that did so before wait one update less, or have woken up.
 template <int Dim, class T>
 void commit_shifts(State<Dim, T>& state, NeighbourLists<Dim, T>& neighbour_lists,
                    std::span<const std::uint32_t> shifting) noexcept
@@ -128,7 +129,7 @@ template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>& moves)
 {
     const auto t0 = world::Clock::now();
-    // Whatever fails, this is undone; what is kept, isn't.
+    // If anything fails, this is undone; what is kept isn't.
     struct Undo
     {
         Implementation& me;
@@ -159,7 +160,7 @@ void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>& moves)
         journal->note(state, applied, changes.objects(), rest.settling);
         journal->note_refused(refusals.added(), refusals.removed());
     }
-    // The last that may fail; if it does, the index is as it was.
+    // The last step that can fail; if it does, the index is unchanged.
     BoxIndexAccess::tree(state.resting).put(rest.indices, rest.boxes);
     commit(entries, rest, refusals, next);
 
@@ -183,7 +184,7 @@ void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>& moves)
     stats.bytes_reserved = bytes();
 }
 
-/// Begins an update's changes: with those that apply() has made, or with none.
+/// Begins an update's changes, with those that apply() has made, or with none.
 template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::begin_changes()
 {
@@ -197,7 +198,7 @@ void World<Dim, T>::Implementation::begin_changes()
     state.shown = nullptr;
 }
 
-/// The user's data of objects that the update removes.
+/// The user data of objects that the update removes.
 template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::note_removals()
 {
@@ -209,7 +210,7 @@ void World<Dim, T>::Implementation::note_removals()
             user_data.note_removal(state.id_of(index));
 }
 
-/// The update's changes become the world's.
+/// Commits the update's changes.
 template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::commit(const world::Entries<Dim, T>& entries,
                                            const world::Rest<Dim, T>& rest, world::Refusals& refusals,
@@ -230,7 +231,7 @@ void World<Dim, T>::Implementation::commit(const world::Entries<Dim, T>& entries
     next.all_active = rest.settling.empty() && rest.shifting.empty() && rest.parking.empty();
     last = 1 - last;
     change_log.count_update();
-    for (const auto& old : changes.old_reaches()) // their boxes may be others, though their bounds aren't
+    for (const auto& old : changes.old_reaches()) // their boxes may have changed, though their bounds haven't
         change_log.note(std::span(&old.index, 1), state.alive);
     if (!changes.objects().empty() || !rest.settling.empty()) {
         note(changes.objects(), rest.settling);
@@ -314,7 +315,7 @@ void World<Dim, T>::Implementation::recall_pairs()
     const world::Entries<Dim, T> entries = world::enter(state, std::span<const world::Index>(changed), arena);
     world::Lists& recalled = last_lists();
     {
-        // The search uses its memory, and nothing stays there, also where something fails.
+        // The search uses this memory, and leaves nothing there, also if something fails.
         struct Cleared
         {
             PairBuffer& pairs;
@@ -324,7 +325,7 @@ void World<Dim, T>::Implementation::recall_pairs()
             world::find<Dim, T>(state, entries, finder, neighbour_lists, cleared.pairs, arena).touching;
         recalled.others.assign(pairs.begin(), pairs.end());
     }
-    neighbour_lists.count_update(); // lists made here are older than whatever the next update wakes up
+    neighbour_lists.count_update(); // lists made here are older than anything that the next update wakes up
     stats = world::describe(state, recalled);
     stats.bytes_reserved = bytes();
 }

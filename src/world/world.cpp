@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The interface of World: arguments are checked, commands queued, results shown. What an update does stands
-// in update.cpp, queries and snapshots in folders of their own.
+// The interface of World: checks arguments, queues commands, returns results. Updates are in update.cpp,
+// queries and snapshots in separate folders.
 #include "jostle/world.hpp"
 
 #include <algorithm>
@@ -56,7 +56,7 @@ auto World<Dim, T>::Implementation::checked(ObjectId id) const -> typename world
 namespace world {
 namespace {
 
-/// What stands one behind the other, numbers as in no locale.
+/// Concatenates text and numbers, independent of the locale.
 template <class... Parts>
 std::string text_of(const Parts&... parts)
 {
@@ -72,7 +72,7 @@ std::string name_of(const char* whose, std::uint64_t index)
     return whose + (index == Error::no_index ? std::string() : std::to_string(index));
 }
 
-/// `margin`, as it was given, for a world of T.
+/// `margin`, as given, for a world of T.
 template <class T>
 void check_margin(double margin, const char* whose, std::uint64_t index)
 {
@@ -110,7 +110,7 @@ void check_layers(std::span<const QueryLayer> layers)
                         k);
 }
 
-/// Throws unless there is an id for each box, and the boxes can be read.
+/// Throws unless there is an id for each box, and the boxes are valid.
 template <int Dim, class T>
 void check_view(std::size_t ids, const BoxView<Dim, T>& boxes)
 {
@@ -341,7 +341,7 @@ void World<Dim, T>::update(std::span<const ObjectId> ids, const Boxes& boxes)
     implementation_->check_own();
     world::check_view(ids.size(), boxes);
     if (!implementation_->applied) return implementation_->update({ids, boxes});
-    move(ids, boxes); // nothing fails in the midst of what may have to be undone
+    move(ids, boxes); // so that nothing fails in the middle of what may have to be undone
     implementation_->update({});
 }
 
@@ -394,13 +394,13 @@ PairBuffer World<Dim, T>::pairs() const
 template <int Dim, Coordinate T>
 void World<Dim, T>::clear()
 {
-    std::unique_ptr<Implementation> fresh; // the old one in the end, which outlives its `call`
+    std::unique_ptr<Implementation> fresh; // in the end the old one, which must outlive its `call`
     const InUse call = implementation_->users.change();
     fresh = std::make_unique<Implementation>(implementation_->state.options);
     implementation_.swap(fresh);
 }
 
-// --- What users keep with objects ---
+// --- User data ---
 
 template <int Dim, Coordinate T>
 void World<Dim, T>::set_user_data(ObjectId id, std::uint64_t data)

@@ -14,8 +14,8 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// Which objects have changed, update after update, for views: one that follows again looks at these only.
-/// Nothing is noted unless somebody followed lately.
+/// Records which objects have changed in each update, for views: a view that follows again visits only these.
+/// Nothing is recorded unless a view has followed recently.
 class ChangeLog
 {
   public:
@@ -23,15 +23,15 @@ class ChangeLog
     ChangeLog(const ChangeLog&) = delete;
     ChangeLog& operator=(const ChangeLog&) = delete;
 
-    /// Where a view stands that has followed until now.
+    /// The position of a view that has followed until now.
     struct Position
     {
         std::uint64_t log = 0; // its number; 0: none
         std::uint64_t end = 0;
     };
 
-    /// By one that follows. What has changed since `position`, in any order, maybe several times; none if
-    /// that isn't known. The view stands at `here` then.
+    /// Called by a view that follows. Returns what has changed since `position`, in any order, possibly with
+    /// repetitions; nothing if that isn't known. The view is then at `here`.
     [[nodiscard]] std::optional<std::span<const std::uint32_t>> since(const Position& position,
                                                                       Position& here) const noexcept
     {
@@ -41,9 +41,9 @@ class ChangeLog
         return std::span(indices_).subspan(static_cast<std::size_t>(position.end - first_));
     }
 
-    // By the world:
+    // Called by the world:
 
-    /// Views that have followed until now look at all objects the next time.
+    /// Views that have followed until now will visit all objects the next time.
     void drop() noexcept
     {
         first_ += indices_.size() + 1;
@@ -53,7 +53,8 @@ class ChangeLog
     {
         if (is_read() && unread_.fetch_add(1, std::memory_order_relaxed) + 1 == patience) drop();
     }
-    /// `objects`: how many there are. To note more than a quarter of them at once isn't worth it.
+    /// `objects` is their number in the world. If more than a quarter of them have changed, recording them
+    /// doesn't pay.
     template <class Indices>
     void note(const Indices& indices, std::size_t objects) noexcept
     {
@@ -61,7 +62,7 @@ class ChangeLog
         const std::size_t most = objects / 4 + 256;
         if (indices.size() > most) return drop();
         try {
-            // The oldest go, not all: views that follow every update never look at all objects again.
+            // Only the oldest are dropped: views that follow every update never have to visit all objects.
             if (indices_.size() + indices.size() > 2 * most) {
                 const std::size_t oldest = indices_.size() / 2;
                 indices_.erase(indices_.begin(), indices_.begin() + static_cast<std::ptrdiff_t>(oldest));
@@ -83,10 +84,10 @@ class ChangeLog
     }
     [[nodiscard]] bool is_read() const noexcept { return unread_.load(std::memory_order_relaxed) < patience; }
 
-    // Among all logs of the program: a view never takes another world's log for the one it has followed.
+    // Unique in the program, so that a view never mistakes another world's log for the one it has followed.
     const std::uint64_t number_ = next_number();
-    mutable std::atomic<std::uint32_t> unread_{patience}; // updates since somebody followed
-    std::uint64_t first_ = 0;                             // the position where indices_ begins
+    mutable std::atomic<std::uint32_t> unread_{patience}; // updates since a view followed
+    std::uint64_t first_ = 0;                             // the position at which indices_ begins
     std::pmr::vector<std::uint32_t> indices_;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Indexes that follow the objects: those that have changed are put elsewhere if they are few, else all are
-// moved at once, and where too many would have to move, the index is rebuilt.
+// Indexes that follow the objects: if few objects have changed, they are moved one by one; if more have, all
+// are moved at once; if too many have, the index is rebuilt.
 #include "world/kept/following_index.hpp"
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace world {
 template <int Dim, class T>
 void FollowingIndex<Dim, T>::follow(const Where& where, const Each& each)
 {
-    const bool knew = std::exchange(knows_moved_, false); // unless all succeeds
+    const bool knew = std::exchange(knows_moved_, false); // unless everything succeeds
     gone_.clear();
     come_.clear();
     boxes_.clear();

@@ -16,15 +16,14 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// An index of some of a world's objects, which is brought to where they are when the first query after an
-/// update or apply() is asked.
+/// An index of some of a world's objects, which the first query after an update or apply() brings up to date.
 template <int Dim, class T>
 class FollowingIndex
 {
   public:
-    /// Where an object lies; null if it isn't one of these. Called by several threads.
+    /// Returns the bounds of an object, or null if it isn't one of these. Called by several threads.
     using Where = FunctionRef<const Aabb<Dim, T>*(Index)>;
-    /// Visits all that may be one of these, each once.
+    /// Visits all objects that may be among these, each once.
     using Each = FunctionRef<void(FunctionRef<void(Index)>)>;
 
     explicit FollowingIndex(const IndexOptions& options)
@@ -40,11 +39,11 @@ class FollowingIndex
         up_to_date_.ensure([&] { follow(where, each); });
         return index_;
     }
-    /// These may lie elsewhere, have come or gone.
+    /// These objects may have moved, been added or removed.
     template <class Indices>
     void note(const Indices& indices) noexcept
     {
-        constexpr std::size_t worth = 8; // to put one elsewhere costs as much as to look at so many
+        constexpr std::size_t worth = 8; // moving one object costs as much as visiting this many
         up_to_date_.forget();
         knows_moved_ = knows_moved_ && worth * (moved_.size() + indices.size()) <= index_.size();
         if (!knows_moved_) return;
@@ -55,7 +54,7 @@ class FollowingIndex
             knows_moved_ = false;
         }
     }
-    /// All may.
+    /// All objects may have.
     void forget() noexcept
     {
         up_to_date_.forget();
@@ -69,13 +68,13 @@ class FollowingIndex
 
     OnDemand up_to_date_;
     BoxIndex<Dim, T> index_;
-    bool knows_moved_ = false;                    // else it has to look at all
-    std::pmr::vector<std::uint32_t> moved_;       // what was noted since it was up to date
+    bool knows_moved_ = false;                    // otherwise it has to visit all
+    std::pmr::vector<std::uint32_t> moved_;       // noted since it was last up to date
     std::pmr::vector<std::uint32_t> gone_, come_; // working memory
     std::pmr::vector<Aabb<Dim, T>> boxes_;
 };
 
-/// The objects that a declared category and mask select, in indexes of their own. Where these objects lie
+/// Separate indexes of the objects that a declared category and mask select. If these objects are spread
 /// among many others, each leaf of the main indexes has some of both, so only an index without the others
 /// avoids visiting them. No answer depends on layers.
 template <int Dim, class T>
@@ -89,18 +88,18 @@ struct Layer
     FollowingIndex<Dim, T> resting, active;
 };
 
-/// Whether queries of this category and mask are about objects with such a filter.
+/// Whether queries with this category and mask select objects with such a filter.
 [[nodiscard]] inline bool counts(const ObjectFilter& object, const QueryLayer& asker) noexcept
 {
     return ((object.category & asker.mask) != 0) & ((asker.category & object.mask) != 0);
 }
 
-/// What queries see and the index of resting objects doesn't have: the active objects and those that apply()
-/// has written to. With a layer, those that it selects. Null if there are none.
+/// The index of what queries see besides resting objects: active objects and those that apply() has written
+/// to, with a layer those that it selects. Null if there are none.
 template <int Dim, class T>
 const BoxIndex<Dim, T>* active_of(FollowingIndex<Dim, T>& index, const State<Dim, T>& state,
                                   const QueryLayer* layer = nullptr);
-/// What rests of those that a layer selects, as the last update has left it. `applied`: what apply() has
+/// The index of the resting objects that a layer selects, as of the last update. `applied`: what apply() has
 /// changed since.
 template <int Dim, class T>
 const BoxIndex<Dim, T>& resting_of(Layer<Dim, T>& layer, const State<Dim, T>& state,

@@ -19,9 +19,9 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// The state in the base, a whole snapshot, of all objects and refused pairs that an update has changed since
-/// then. So the differences from the base are known without searching the whole world. It has at least all
-/// that differs; more does no harm. User data keep their own records.
+/// The state in the base (a whole snapshot) of all objects and refused pairs that an update has changed since
+/// then. So the differences from the base are known without searching the whole world. The journal has at
+/// least everything that differs; more does no harm. User data have their own records.
 template <int Dim, class T>
 class Journal
 {
@@ -47,7 +47,7 @@ class Journal
     std::uint32_t end = 0;  // of the ids
     std::pmr::vector<IdTable::Free> free;
 
-    /// Working memory, of one call at a time.
+    /// Working memory for one call at a time.
     struct Work
     {
         explicit Work(std::pmr::memory_resource* memory)
@@ -80,7 +80,7 @@ class Journal
         std::pmr::vector<Aabb<Dim, T>> come_boxes;
     } work;
 
-    /// A new base; nothing differs from it.
+    /// Starts a new base, from which nothing differs.
     void begin(std::uint64_t checksum, std::uint32_t ids_end, std::span<const IdTable::Free> ids_free)
     {
         free.reserve(ids_free.size());
@@ -94,7 +94,7 @@ class Journal
         allowed_then_.clear();
     }
 
-    /// What an update is about to change: objects, ascending, and those that come to rest.
+    /// Records what an update is about to change: objects, ascending, and those that come to rest.
     void note(const State<Dim, T>& state, std::optional<Applied<Dim, T>>& applied,
               std::span<const Index> changed, std::span<const std::uint32_t> settling)
     {
@@ -111,11 +111,11 @@ class Journal
         const auto is_new = [&](const auto& old) { return place_of_[old.index] == 0; };
         if (fresh.empty() && std::none_of(old_reaches.begin(), old_reaches.end(), is_new)) return;
         applied->changes.sort_reaches();
-        // First those whose bounds stay what they were, though these come about in another way: they aren't
-        // changed, but may be among those that come to rest.
+        // First objects whose bounds stay the same but are made up differently: these aren't changed, but may
+        // be among those that come to rest.
         for (const auto& old : old_reaches) {
             if (!is_new(old) || !state.was_there(raw(old.index))) continue;
-            if (state.objects[old.index].has(flag::reach_kept)) continue; // it is changed, and recorded below
+            if (state.objects[old.index].has(flag::reach_kept)) continue; // changed, and recorded below
             Record<Dim, T> record = record_of(state, applied, old.index);
             record.reach = old.had_reach ? old.reach : Reach<Dim, T>();
             record.state &= ~flag::has_reach;
@@ -140,7 +140,7 @@ class Journal
         for (const Key key : removed)
             if (!allowed_then_.contains(key)) refused_then_.insert(key);
     }
-    /// Pairs about which an update has changed its mind are forgotten where they are again as in the base.
+    /// Records pairs whose refusal an update has changed; pairs that are again as in the base are forgotten.
     void forget_refused(std::span<const Key> keys, const KeySet& refused) noexcept
     {
         for (const Key key : keys)
@@ -148,16 +148,16 @@ class Journal
     }
 
     [[nodiscard]] std::span<const Target> objects() const noexcept { return objects_; }
-    /// Null of one that is as it was in the base.
+    /// Null for an object that is as in the base.
     [[nodiscard]] const Record<Dim, T>* find(Index index) const noexcept
     {
         const bool is_noted = raw(index) < place_of_.size() && place_of_[index] != 0;
         return is_noted ? &objects_[place_of_[index] - 1].record : nullptr;
     }
-    /// Of a pair that is refused: whether it wasn't in the base.
+    /// Whether a refused pair wasn't refused in the base.
     [[nodiscard]] bool was_allowed(Key key) const noexcept { return allowed_then_.contains(key); }
-    /// Calls body(key, whether it was refused in the base) for pairs that may be refused or not as they
-    /// weren't then, in no order that anything may depend on.
+    /// Calls body(key, whether it was refused in the base) for all pairs whose refusal may differ from the
+    /// base, in an unspecified order.
     template <class Body>
     void each_refused(const Body& body) const
     {
@@ -167,8 +167,8 @@ class Journal
 
   private:
     std::pmr::vector<Target> objects_;
-    Table<Index, std::uint32_t> place_of_; // one more than where it is among them; 0: nowhere
-    // Pairs noted, as they were in the base. Each is in one of them at most.
+    Table<Index, std::uint32_t> place_of_; // one more than its position among them; 0: not there
+    // Recorded pairs, by their state in the base. Each is in at most one of the two.
     KeySet refused_then_, allowed_then_;
 };
 

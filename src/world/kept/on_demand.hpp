@@ -9,8 +9,8 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// Has something made when somebody asks for it, once until it is forgotten. Any number of threads may ask at
-/// a time: one makes it, and the others wait.
+/// Makes a value when it is first requested, once until it is forgotten. Any number of threads may request it
+/// at a time: one makes it, and the others wait.
 class OnDemand
 {
   public:
@@ -23,11 +23,11 @@ class OnDemand
         make();
         is_made_.store(true, std::memory_order_release);
     }
-    /// By an update, while nobody asks.
+    /// Called by an update, during which there are no requests.
     void forget() noexcept { is_made_.store(false, std::memory_order_relaxed); }
 
   private:
-    std::mutex mutex_; // held while it is made
+    std::mutex mutex_; // held while the value is made
     std::atomic<bool> is_made_{false};
 };
 

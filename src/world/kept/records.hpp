@@ -14,11 +14,11 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// The whole state of an object after an update, as snapshots have it.
+/// The whole state of an object after an update, as in snapshots.
 template <int Dim, class T>
 struct Record
 {
-    std::uint32_t generation = 0; // 0: there is no object, and all else is 0
+    std::uint32_t generation = 0; // 0: there is no object, and all other members are 0
     std::uint32_t state = 0;      // place, alive, enabled, is_static, has_reach
     typename ObjectChunk<Dim, T>::FilterNumbers numbers{};
     Aabb<Dim, T> box{};    // the bounds
@@ -28,7 +28,7 @@ struct Record
     [[nodiscard]] bool has(std::uint32_t bits) const noexcept { return (state & bits) != 0; }
     [[nodiscard]] Place place() const noexcept { return static_cast<Place>(state & flag::place); }
 
-    /// To the bit: boxes may have 0 of either sign.
+    /// Compares bits: boxes may have 0 of either sign.
     friend bool same_record(const Record& a, const Record& b) noexcept
     {
         static_assert(sizeof(Aabb<Dim, T>) == 2 * Dim * sizeof(T));
@@ -40,8 +40,8 @@ struct Record
     }
 };
 
-/// An object that was there after the last update, as it was then, even if apply() or an update under way has
-/// changed it since; without its user data, which no update changes.
+/// The record of an object as of the last update, even if apply() or the current update has changed it since;
+/// without its user data, which no update changes.
 template <int Dim, class T>
 [[nodiscard]] Record<Dim, T> record_of(const State<Dim, T>& state,
                                        const std::optional<Applied<Dim, T>>& applied, Index index) noexcept
@@ -62,7 +62,7 @@ template <int Dim, class T>
     return record;
 }
 
-/// Makes an object what the record says; there is room for it.
+/// Gives an object the state in the record. There is room for it.
 template <int Dim, class T>
 void put_record(State<Dim, T>& state, Index index, const Record<Dim, T>& record) noexcept
 {
@@ -70,12 +70,12 @@ void put_record(State<Dim, T>& state, Index index, const Record<Dim, T>& record)
     object.set_state(record.state);
     if (record.generation == 0) return;
     object.numbers() = record.numbers;
-    object.now() = object.before() = record.box; // from both, neighbour lists guess where it is going
+    object.now() = object.before() = record.box; // neighbour lists predict its path from both
     state.classes[index] = state.classes.of(object.filter());
     if (record.has(flag::has_reach)) state.objects.reach(index) = record.reach;
 }
 
-/// How many objects there are of each kind.
+/// The number of objects of each kind.
 struct Census
 {
     std::size_t alive = 0, disabled = 0, resting = 0;

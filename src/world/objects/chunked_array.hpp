@@ -13,8 +13,8 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// An array that grows in chunks, which stay where they are: growing never copies what is there, so that no
-/// update pays for all objects because one was added.
+/// An array that grows in chunks, which never move: growing copies nothing, so no update pays for all objects
+/// because one was added.
 template <class T, std::uint32_t chunk_bits>
 class ChunkedArray
 {
@@ -31,11 +31,11 @@ class ChunkedArray
             memory_->deallocate(chunk, chunk_size * sizeof(T), alignof(T));
     }
 
-    /// Room for `count` elements at least; new ones are what their default constructor makes of them.
+    /// Makes room for at least `count` elements; new ones are default-initialised.
     void grow(std::size_t count)
     {
         while (chunks_.size() * chunk_size < count) {
-            chunks_.push_back(nullptr); // so that nothing can fail once there is a chunk
+            chunks_.push_back(nullptr); // so that nothing can fail once the chunk exists
             try {
                 chunks_.back() = static_cast<T*>(memory_->allocate(chunk_size * sizeof(T), alignof(T)));
             } catch (...) {

@@ -10,14 +10,14 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// The number of a filter among the different ones that there are.
+/// The number of a filter among the different ones in use.
 enum class FilterClass : std::uint8_t
 {
-    look = 255 // it says nothing: look at the object
+    look = 255 // unknown: look at the object
 };
 
-/// Numbers the filters that were ever used in a world, so that one byte per object, and a bit per pair of
-/// bytes, says whether two objects may pair; reading the objects would be two cache misses. Scenes have few
+/// Numbers the filters that were ever used in a world, so that one byte per object, and one bit per pair of
+/// bytes, tell whether two objects may pair; reading the objects would cost two cache misses. Scenes have few
 /// filters; all after the first 255 share the number `look`.
 class FilterClasses
 {
@@ -51,7 +51,7 @@ class FilterClasses
         return count_ == 0 || (count_ == 1 && pass(FilterClass{0}, FilterClass{0}));
     }
 
-    /// An object's; that of its filter after the last update, where it was there.
+    /// The class of an object: that of its filter after the last update, if it existed then.
     [[nodiscard]] FilterClass& operator[](Index index) noexcept { return of_object_[index]; }
     [[nodiscard]] FilterClass operator[](Index index) const noexcept { return of_object_[index]; }
     void make_room(std::size_t objects) { of_object_.grow(objects); }
@@ -59,8 +59,8 @@ class FilterClasses
   private:
     static constexpr std::uint32_t most = 255;
 
-    // Of the first count_. The others aren't initialised: that would take a fifth of the time in which a
-    // world is made.
+    // For the first count_. The others aren't initialised, which would take a fifth of the time to make a
+    // world.
     union
     {
         std::array<ObjectFilter, most> filters_;

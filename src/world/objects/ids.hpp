@@ -28,7 +28,7 @@ constexpr bool is_generation(std::uint32_t generation) noexcept
     return generation != 0 && generation <= last_generation;
 }
 
-/// Hands out ids and knows which are valid. Any thread may call everything at any time; looking up an id
+/// Hands out ids and knows which are valid. Any thread may call any function at any time; looking up an id
 /// takes no lock, because the table grows by segments that never move.
 class IdTable
 {
@@ -41,7 +41,7 @@ class IdTable
 
     explicit IdTable(std::pmr::memory_resource* memory) : free_(memory), generations_(memory) {}
 
-    /// `keep` is called with the ids while nobody else knows them. If it throws, none has been handed out.
+    /// Calls `keep` with the ids before any other thread can know them. If it throws, none is handed out.
     template <class Keep>
     void take(std::span<ObjectId> ids, const Keep& keep)
     {
@@ -62,16 +62,16 @@ class IdTable
             at(id.index).store(id.generation, std::memory_order_release);
     }
 
-    /// The id is good no longer; its index may be handed out again. There is room for it: see grow.
+    /// Invalidates the id; its index may be handed out again. There is room for it: see grow.
     void release(ObjectId id) noexcept
     {
         const std::lock_guard lock(mutex_);
         at(id.index).store(0, std::memory_order_release);
-        // An index whose generations are used up is retired.
+        // An index with no generations left is retired.
         if (id.generation != last_generation) free_.push_back({id.index, id.generation + 1});
     }
 
-    /// Of the object with this index, also of one still to be added; 0 if there is none.
+    /// The generation of the object with this index, also of one still to be added; 0 if there is none.
     [[nodiscard]] std::uint32_t generation(std::uint32_t index) const noexcept
     {
         return index < end() ? at(index).load(std::memory_order_acquire) : 0;
@@ -98,7 +98,7 @@ class IdTable
         std::vector<std::uint32_t> generations; // 0 for indices that is_alive denies
         std::vector<Free> free;
     };
-    /// As if the ids that were handed out, but whose objects aren't alive, hadn't been.
+    /// Takes back all ids that were handed out but whose objects aren't alive.
     template <class IsAlive>
     [[nodiscard]] Picture picture(const IsAlive& is_alive) const
     {
@@ -126,7 +126,7 @@ class IdTable
 
     // Against what a picture had, its `free` and as many generations as `end`:
 
-    /// What is free now, as in a picture: the first `kept` of what was, then `fresh`. Returns the end.
+    /// The free ids now, as in a picture: the first `kept` of the picture's, then `fresh`. Returns the end.
     /// `changed` are indices, whose objects may have been alive then and aren't now.
     template <class IsAlive>
     std::uint32_t compare(std::span<const Free> free, std::uint32_t end_then,
@@ -137,7 +137,7 @@ class IdTable
         kept = first_difference(free);
         fresh.assign(free_.begin() + static_cast<std::ptrdiff_t>(kept), free_.end());
         const std::size_t returned = fresh.size();
-        // Handed out, but with no object yet: no others can be.
+        // Handed out, but without an object yet: no others can be.
         const auto look = [&](std::uint32_t index) {
             const std::uint32_t here = at(index).load(std::memory_order_relaxed);
             if (here != 0 && !is_alive(index)) fresh.push_back({index, here});
@@ -158,25 +158,26 @@ class IdTable
         kept += same;
         return end();
     }
-    /// Room for so many in all.
+    /// Makes room for this many in total.
     void make_room(std::uint32_t count)
     {
         const std::lock_guard lock(mutex_);
         const std::uint32_t known = end_.load(std::memory_order_relaxed);
         if (count > known) grow(count - known);
     }
-    /// `index` isn't free from now on, or has no object; see go_back, which is to follow.
+    /// From now on `index` isn't free, or has no object. A call of go_back must follow.
     void set(std::uint32_t index, std::uint32_t generation) noexcept
     {
         at(index).store(generation, std::memory_order_release);
     }
-    /// Every index is less from now on; there is room for them.
+    /// From now on every index is less than this. There is room for them.
     void set_end(std::uint32_t end) noexcept
     {
         const std::lock_guard lock(mutex_);
         end_.store(end, std::memory_order_release);
     }
-    /// Free is the first `kept` of what was, then `fresh`; no id without an object is good any more.
+    /// The free ids become the first `kept` of the picture's, then `fresh`. Ids without an object become
+    /// invalid.
     template <class IsAlive>
     void go_back(std::span<const Free> free, std::uint32_t end_then, std::size_t kept,
                  std::span<const Free> fresh, std::uint32_t end_now, const IsAlive& is_alive) noexcept
@@ -215,7 +216,7 @@ class IdTable
         generations_.grow(wanted);
     }
 
-    mutable std::mutex mutex_; // guards all but looking up
+    mutable std::mutex mutex_; // guards everything except lookups
     std::pmr::vector<Free> free_;
     Segments<std::uint32_t> generations_; // by index
     std::atomic<std::uint32_t> end_{0};

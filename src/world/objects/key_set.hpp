@@ -10,7 +10,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// Where a key's search begins among so many places, a power of two.
+/// Where the search for a key begins among this many places, a power of two.
 [[nodiscard]] inline std::size_t home_of(Key key, std::size_t places) noexcept
 {
     key ^= key >> 29;
@@ -21,12 +21,12 @@ namespace world {
     return static_cast<std::size_t>(key) & (places - 1);
 }
 
-/// A set of pairs, in memory that it keeps: while it holds no more than it once did, nothing is allocated.
+/// A set of pairs that keeps its memory: nothing is allocated while it holds no more than before.
 class KeySet
 {
   public:
     explicit KeySet(std::pmr::memory_resource* memory) : table_(memory) {}
-    /// If it fails, the set is as it was.
+    /// If it fails, the set is unchanged.
     KeySet& operator=(const KeySet& other)
     {
         table_ = other.table_;
@@ -40,7 +40,7 @@ class KeySet
     {
         return size_ != 0 && table_[place_of(key)] != no_key;
     }
-    /// Whether it wasn't there. If it was, this doesn't fail; if it fails, the set is as it was.
+    /// Returns whether the key is new. If it isn't, this can't fail; if it fails, the set is unchanged.
     bool insert(Key key)
     {
         if (contains(key)) return false;
@@ -49,7 +49,7 @@ class KeySet
         ++size_;
         return true;
     }
-    /// Room for so many more.
+    /// Makes room for this many more.
     void reserve(std::size_t more)
     {
         while (2 * (size_ + more) > table_.size())
@@ -74,7 +74,7 @@ class KeySet
             key = no_key;
         size_ = 0;
     }
-    /// In no order that anything may depend on.
+    /// In an unspecified order.
     template <class Body>
     void each(const Body& body) const
     {
@@ -93,13 +93,13 @@ class KeySet
             place = (place + 1) & (table_.size() - 1);
         return place;
     }
-    /// Those behind it move up, so that no search stops short of them.
+    /// The following keys move up, so that no search stops before it reaches them.
     void erase_at(std::size_t hole) noexcept
     {
         const std::size_t mask = table_.size() - 1;
         for (std::size_t next = (hole + 1) & mask; table_[next] != no_key; next = (next + 1) & mask) {
             const std::size_t home = home_of(table_[next], table_.size());
-            if (((next - home) & mask) < ((next - hole) & mask)) continue; // it is in its own place by now
+            if (((next - home) & mask) < ((next - hole) & mask)) continue; // already in its own place
             table_[hole] = table_[next];
             hole = next;
         }
@@ -115,8 +115,8 @@ class KeySet
             if (key != no_key) table_[place_of(key)] = key;
     }
 
-    // Open addressing: keys at their places, or behind; no_key where there is none. A power of two, at most
-    // half of it in use.
+    // Open addressing: each key at its place or after it; no_key for empty places. The size is a power of
+    // two, at most half of it in use.
     std::pmr::vector<Key> table_;
     std::size_t size_ = 0;
 };

@@ -13,13 +13,14 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-// Two kinds of numbers that the compiler keeps apart. In a Pair both are plain; the code says which it holds.
+// Two kinds of numbers that the compiler keeps apart. In a Pair both are plain integers, and the code tells
+// which it holds.
 
-/// Of an object: where it lies in Objects. The first half of its ObjectId.
+/// The position of an object in Objects: the first half of its ObjectId.
 enum class Index : std::uint32_t
 {
 };
-/// Of something that an update searches for: where it lies in Entries.
+/// The position of an entry of an update's search in Entries.
 enum class Entry : std::uint32_t
 {
 };
@@ -30,7 +31,7 @@ template <class Number>
     return static_cast<std::underlying_type_t<Number>>(number);
 }
 
-/// An array whose places have numbers of one kind.
+/// An array indexed by one kind of number.
 template <class Number, class Value>
 class Table
 {
@@ -41,7 +42,7 @@ class Table
     [[nodiscard]] const Value& operator[](Number number) const noexcept { return values_[raw(number)]; }
     [[nodiscard]] std::size_t size() const noexcept { return values_.size(); }
     void resize(std::size_t size) { values_.resize(size); }
-    /// New places have `value`.
+    /// New elements get `value`.
     void grow(std::size_t size, const Value& value = {})
     {
         if (values_.size() < size) values_.resize(size, value);
@@ -54,7 +55,7 @@ class Table
     std::pmr::vector<Value> values_;
 };
 
-/// Room for `count` more, growing by half at least.
+/// Makes room for `count` more, growing by at least half.
 template <class Vector>
 void reserve_more(Vector& vector, std::size_t count)
 {

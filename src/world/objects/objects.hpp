@@ -15,8 +15,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// Objects that follow each other in a list lie anywhere in memory, so loops prefetch the object that is so
-/// many places ahead.
+/// Consecutive objects of a list are anywhere in memory, so loops prefetch the object this many places ahead.
 inline constexpr std::size_t fetch_ahead = 16;
 
 /// Where an object was after the last update.
@@ -24,12 +23,12 @@ enum class Place : std::uint32_t
 {
     none, // not in the world
     disabled,
-    active, // it changes, or has done so of late
+    active, // it changes, or has changed recently
     resting,
     parked // it waits to come to rest
 };
 
-/// As records and snapshots have it: whose turn comes when to rest is in a list of its own.
+/// As in records and snapshots. The order in which objects come to rest is in a separate list.
 constexpr Place recorded(Place place) noexcept
 {
     return place == Place::parked ? Place::active : place;
@@ -39,27 +38,28 @@ constexpr Place recorded(Place place) noexcept
 namespace flag {
 constexpr std::uint32_t place = 7; // the three bits of `Place`
 constexpr std::uint32_t alive = 1u << 3, enabled = 1u << 4, is_static = 1u << 5;
-constexpr std::uint32_t has_reach = 1u << 6; // its bounds are not just the box that was given
+constexpr std::uint32_t has_reach = 1u << 6; // its bounds are more than the given box
 constexpr std::uint32_t second = 1u << 7;    // which of its two boxes is the present one
-constexpr std::uint32_t shifted = 1u << 8;   // it rests, and has moved there of late
-// In the update under way:
+constexpr std::uint32_t shifted = 1u << 8;   // it rests, and has moved there recently
+// In the current update:
 constexpr std::uint32_t written = 1u << 9;     // the other box is that of the last update
 constexpr std::uint32_t refiltered = 1u << 10; // Changes has the filter of the last update
 constexpr std::uint32_t reach_kept = 1u << 11; // Changes has the reach of the last update
-constexpr std::uint32_t contested = 1u << 12;  // commands about it must be put in order
-constexpr std::uint32_t again = 1u << 13; // Changes has pairs of it that are reported as if they were new
-constexpr std::uint32_t noted = 1u << 14; // the call of apply() under way has it in its list
+constexpr std::uint32_t contested = 1u << 12;  // its commands must be put in order
+constexpr std::uint32_t again = 1u << 13;      // Changes has pairs of it to be reported as new
+constexpr std::uint32_t noted = 1u << 14;      // the current call of apply() has it in its list
 constexpr std::uint32_t transient = written | refiltered | reach_kept | contested | again | noted;
 } // namespace flag
 
-/// Many objects, with an array for each property: for moving objects an update reads little more than boxes.
+/// Many objects, with an array for each property, so that an update of moving objects reads little more than
+/// boxes.
 template <int Dim, class T>
 struct ObjectChunk
 {
-    static constexpr std::uint32_t size = 256; // not more: a world of a few objects has a whole chunk
+    static constexpr std::uint32_t size = 256; // not more: a world of a few objects takes a whole chunk
     ObjectChunk() noexcept
     {
-        std::fill_n(state, size, 0u); // the rest is written before it is read
+        std::fill_n(state, size, 0u); // other members are written before they are read
     }
     Aabb<Dim, T> box[2][size];
     struct FilterNumbers
@@ -69,7 +69,7 @@ struct ObjectChunk
     std::uint32_t state[size];
 };
 
-/// One object, where it lies. `Chunk` is an ObjectChunk, or a const one.
+/// A reference to one object. `Chunk` is an ObjectChunk, or a const one.
 template <class Chunk>
 class ObjectIn
 {
@@ -79,7 +79,7 @@ class ObjectIn
     [[nodiscard]] auto& now() const noexcept { return chunk_->box[state() / flag::second % 2][at_]; }
     /// Its box after the last update, while `written`.
     [[nodiscard]] auto& before() const noexcept { return chunk_->box[1 - state() / flag::second % 2][at_]; }
-    /// That, whether an update is under way or not.
+    /// The same, whether or not an update is in progress.
     [[nodiscard]] const auto& last() const noexcept { return has(flag::written) ? before() : now(); }
     [[nodiscard]] auto& numbers() const noexcept { return chunk_->filter[at_]; }
 
@@ -102,13 +102,13 @@ class ObjectIn
     }
     /// Whether it was enabled after the last update.
     [[nodiscard]] bool was_enabled() const noexcept { return place() != Place::disabled; }
-    /// From now on `before` is what `now` is.
+    /// Makes `before` what `now` is.
     void keep_box() const noexcept
     {
         before() = now();
         exchange_boxes();
     }
-    /// From now on the other box is the present one.
+    /// Makes the other box the present one.
     void exchange_boxes() const noexcept { set_state((state() | flag::written) ^ flag::second); }
 
     [[nodiscard]] ObjectFilter filter() const noexcept
@@ -132,7 +132,7 @@ class ObjectIn
     std::uint32_t at_;
 };
 
-/// Where nothing is: touches no box.
+/// The box of no object: it touches no box.
 template <int Dim, class T>
 [[nodiscard]] Aabb<Dim, T> nowhere_box() noexcept
 {
@@ -142,7 +142,7 @@ template <int Dim, class T>
     return box;
 }
 
-/// How bounds come from a box, for objects whose bounds are more than it.
+/// What extends a box to the bounds, for objects whose bounds are more than the box.
 template <int Dim, class T>
 struct Reach
 {
@@ -150,7 +150,8 @@ struct Reach
     T displacement[Dim];
     T margin;
 
-    /// Valid if the box is: where an infinite way leads from an infinite end to NaN, that end stays.
+    /// Valid if the box is: where an infinite displacement would turn an infinite bound into NaN, that bound
+    /// stays.
     [[nodiscard]] Aabb<Dim, T> bounds() const noexcept
     {
         Aabb<Dim, T> all = box;
@@ -173,7 +174,7 @@ class Objects
     using ConstObject = ObjectIn<const Chunk>;
 
     explicit Objects(std::pmr::memory_resource* memory) : chunks_(memory), reaches_(memory) {}
-    /// Room for `count` at least; new ones are nowhere.
+    /// Makes room for at least `count`; new objects are in no place.
     void grow(std::size_t count) { chunks_.grow((count + Chunk::size - 1) / Chunk::size); }
     [[nodiscard]] std::size_t capacity() const noexcept { return chunks_.capacity() * Chunk::size; }
     [[nodiscard]] Object operator[](Index index) noexcept
@@ -191,11 +192,11 @@ class Objects
         (*this)[index].prefetch_boxes();
     }
 
-    /// Of an object with `has_reach`, or for which there is room.
+    /// For an object with `has_reach`, or for which there is room.
     [[nodiscard]] Reach<Dim, T>& reach(Index index) noexcept { return reaches_[raw(index)]; }
     [[nodiscard]] const Reach<Dim, T>& reach(Index index) const noexcept { return reaches_[raw(index)]; }
     void make_room_for_reach(Index index) { reaches_.grow(std::size_t{raw(index)} + 1); }
-    /// As it was given, without margin and displacement.
+    /// The box as given, without margin and displacement.
     [[nodiscard]] const Aabb<Dim, T>& box(Index index) const noexcept
     {
         const ConstObject object = (*this)[index];

@@ -14,24 +14,25 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// What an update says of pairs. All lists ascend.
+/// The lists of pairs that an update makes. All ascend.
 struct Lists
 {
     explicit Lists(std::pmr::memory_resource* memory)
         : persisted(memory), others(memory), began(memory), ended(memory)
     {
     }
-    // These two together have all pairs that touch and agree and of which one was active when they were made.
+    // Together these two have all pairs that touch, whose filters agree, and of which one object was active
+    // when they were made.
     PairBuffer persisted;
     std::pmr::vector<Pair> others; // began, refused, or neither of the two changed
     std::pmr::vector<ObjectPair> began;
     std::pmr::vector<EndedPair> ended;
-    bool all_active = true; // nobody has come to rest since
+    bool all_active = true; // no object has come to rest since
 };
 
-/// Pairs of indices as numbers that are ordered as the pairs are.
+/// Pairs of indices as numbers with the same order.
 using Key = std::uint64_t;
-constexpr Key no_key = ~Key{0}; // behind every pair
+constexpr Key no_key = ~Key{0}; // greater than every pair
 
 [[nodiscard]] inline Key key_of(const Pair& pair) noexcept
 {
@@ -46,11 +47,11 @@ constexpr Key no_key = ~Key{0}; // behind every pair
     return {std::min(raw(x), raw(y)), std::max(raw(x), raw(y))};
 }
 
-/// Goes through ascending pairs that lie in blocks, from the first that isn't less than some key.
+/// Iterates over ascending pairs in blocks, from the first that isn't less than a given key.
 class PairCursor
 {
   public:
-    Key key = no_key; // of the pair it stands at; `no_key` at the end
+    Key key = no_key; // of the current pair; `no_key` at the end
 
     PairCursor(std::span<const std::span<const Pair>> blocks, Key from) noexcept
     {
@@ -65,15 +66,14 @@ class PairCursor
     }
     void next() noexcept { skip_to(at_ + 1); }
 
-    /// The pair that it stands at, and how many lie side by side from there on. At the end of all it stands
-    /// at a pair that is greater than any, and there seem to be so many of these that nobody comes to their
-    /// end.
+    /// The current pair, and the length of the contiguous run that begins there. At the end of all blocks it
+    /// is a sentinel: a pair greater than any, with a run too long to be exhausted.
     [[nodiscard]] const Pair* at() const noexcept { return at_; }
     [[nodiscard]] std::uint64_t left() const noexcept
     {
         return key == no_key ? no_key : static_cast<std::uint64_t>(end_ - at_);
     }
-    /// To one of these, or behind the last of them.
+    /// Advances to one of these, or past the last of them.
     void skip_to(const Pair* place) noexcept
     {
         at_ = place;

@@ -15,8 +15,8 @@ namespace world {
 
 /// Active objects that no longer change, in the order in which they come to rest. If many stop at once,
 /// putting all of them into the index would make one update long, and visiting each of them in every update
-/// until then would make all updates slow. Here they only lie side by side: changed objects are compared with
-/// them, at a nanosecond or two each, and nothing else is done with them until their turn comes.
+/// until then would make all updates slow. Here their boxes are contiguous: changed objects are compared with
+/// them, at a nanosecond or two each, and nothing else is done with them until their turn.
 template <int Dim, class T>
 class Parked
 {
@@ -30,12 +30,13 @@ class Parked
 
     [[nodiscard]] std::size_t size() const noexcept { return indices_.size() - front_ - gone_; }
 
-    /// The boxes, also of some that have left or changed since. Their places are numbered from 0.
+    /// The boxes, including some of objects that have left or changed since. Their places are numbered from
+    /// 0.
     [[nodiscard]] std::span<const Box> boxes() const noexcept
     {
         return std::span<const Box>(boxes_).subspan(front_);
     }
-    /// Whose box it is; `nobody` if the object has left.
+    /// The object whose box it is; `nobody` if the object has left.
     [[nodiscard]] Index index(std::size_t place) const noexcept { return indices_[front_ + place]; }
     /// Calls body(index) for each, in the order in which they come to rest, until it returns false.
     template <class Body>
@@ -45,12 +46,12 @@ class Parked
             if (indices_[at] != nobody && !body(indices_[at])) return;
     }
 
-    /// Room for all objects there are.
+    /// Makes room for all objects of the world.
     void make_room(std::size_t objects)
     {
         if (place_of_.size() < objects) place_of_.grow(objects);
     }
-    /// Room for so many more that wait.
+    /// Makes room for this many more.
     void reserve(std::size_t count)
     {
         reserve_more(boxes_, count);
@@ -65,14 +66,14 @@ class Parked
         indices_.clear();
         front_ = gone_ = 0;
     }
-    /// The object comes last. There is room for it.
+    /// Adds the object at the end. There is room for it.
     void push(Index object, const Box& box) noexcept
     {
         place_of_[object] = static_cast<std::uint32_t>(indices_.size());
         indices_.push_back(object);
         boxes_.push_back(box);
     }
-    /// An object that is here leaves.
+    /// Removes an object that is here.
     void remove(Index object) noexcept
     {
         const std::size_t at = place_of_[object];
@@ -80,7 +81,7 @@ class Parked
         indices_[at] = nobody;
         ++gone_;
     }
-    /// After some have been removed. Takes no longer than they took to come and go.
+    /// Called after some were removed. Takes no longer than adding and removing them took.
     void close_gaps() noexcept
     {
         while (front_ < indices_.size() && indices_[front_] == nobody) {
@@ -104,8 +105,8 @@ class Parked
   private:
     std::pmr::vector<Box> boxes_;
     std::pmr::vector<Index> indices_;
-    std::size_t front_ = 0;                // the first that is here
-    std::size_t gone_ = 0;                 // of those behind it: have left
+    std::size_t front_ = 0;                // the first that is still here
+    std::size_t gone_ = 0;                 // how many after it have left
     Table<Index, std::uint32_t> place_of_; // of objects that are here
 };
 

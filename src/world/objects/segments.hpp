@@ -14,8 +14,8 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// An array of atomic numbers that grows by segments which never move: any thread may read and write what is
-/// there while another makes it grow.
+/// An array of atomic numbers that grows by segments which never move, so any thread may read and write
+/// elements while another makes it grow.
 template <class Number>
 class Segments
 {
@@ -32,20 +32,20 @@ class Segments
                 memory_->deallocate(segment, size_of(s) * sizeof(Place), alignof(Place));
     }
 
-    /// Of a place for which there is a segment.
+    /// The element of a place whose segment exists.
     [[nodiscard]] Place& operator[](std::uint32_t index) const noexcept
     {
         const std::uint32_t s = segment_of(index);
         return segment_[s].load(std::memory_order_acquire)[index - first_of(s)];
     }
-    /// Null where there is no segment.
+    /// Null if the segment doesn't exist.
     [[nodiscard]] Place* find(std::uint32_t index) const noexcept
     {
         const std::uint32_t s = segment_of(index);
         Place* const segment = segment_[s].load(std::memory_order_acquire);
         return segment == nullptr ? nullptr : segment + (index - first_of(s));
     }
-    /// The segment of this place, of zeros where it is new; by one thread at a time.
+    /// Returns the segment of this place, filled with zeros if it is new. One thread at a time.
     void make(std::uint32_t index)
     {
         const std::uint32_t s = segment_of(index);
@@ -55,7 +55,7 @@ class Segments
             new (segment + i) Place(0);
         segment_[s].store(segment, std::memory_order_release);
     }
-    /// The segments of the first `count` places; by one thread at a time.
+    /// Makes the segments of the first `count` places. One thread at a time.
     void grow(std::uint64_t count)
     {
         for (std::uint32_t s = 0; count != 0 && s <= segment_of(static_cast<std::uint32_t>(count - 1)); ++s)
@@ -66,7 +66,7 @@ class Segments
     static constexpr std::uint32_t first_bits = 6;
     static constexpr std::uint32_t segments = 32 - first_bits + 1;
 
-    // Segment 0 has the first 2^first_bits places, each further one as many as all before it.
+    // Segment 0 has the first 2^first_bits places, and each further one as many as all before it.
     static std::uint32_t segment_of(std::uint32_t index) noexcept
     {
         return 32 - static_cast<std::uint32_t>(std::countl_zero(index >> first_bits));

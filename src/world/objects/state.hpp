@@ -19,24 +19,24 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-// Pairs are looked at in runs of this many, and objects, of which each takes as long as several pairs.
+// Pairs are processed in runs of this many, and objects, each of which takes as long as several pairs.
 constexpr std::size_t run_length = 4096, object_run = 512;
 
-// How many updates an object must stay unchanged before it comes to rest, or waits for its turn to.
+// How many updates an object must stay unchanged before it comes to rest, or is parked.
 constexpr std::uint32_t idle_updates = 3;
-// New objects need one only, and never wait: what has never moved seldom does, and an index that is filled at
-// once answers faster than one that grows little by little.
+// New objects need only one, and aren't parked: objects that have never moved seldom do, and an index that is
+// filled at once answers faster than one that grows bit by bit.
 constexpr std::uint32_t due = idle_updates;
 // How many updates a resting object that has moved must stay unchanged before it may move again without
-// waking up: one that moves in every other update is better active.
+// waking up: an object that moves in every other update had better be active.
 constexpr std::uint32_t shifted_updates = 2;
 
 template <int Dim, class T>
 class Changes;
 
-/// The state of a world. The stages of an update say what is to change, and `commit_objects` and
-/// `commit_rest` in update.cpp change it. Before that only `apply` writes into objects, which is undone
-/// unless the update is kept, and the index takes what comes to rest: the last step that may fail.
+/// The state of a world. The stages of an update plan what is to change, and `commit_objects` and
+/// `commit_rest` in update.cpp change it. Before that only `apply` writes to objects, which is undone unless
+/// the update is kept, and the index takes the objects that come to rest: the last step that can fail.
 template <int Dim, class T>
 struct State
 {
@@ -67,26 +67,28 @@ struct State
         Index index;
         std::uint32_t idle; // updates since it changed, or `due`
     };
-    std::pmr::vector<Active> active; // ascending; without those that are parked
+    std::pmr::vector<Active> active; // ascending; without parked ones
     Parked<Dim, T> parked;           // active ones that are about to rest
-    // Resting ones that have moved in one of the last updates without waking up. `idle`: as above.
+    // Resting objects that have moved in one of the last updates without waking up. `idle`: as above.
     std::pmr::vector<Active> shifted;
-    BoxIndex<Dim, T> resting; // the others that are there; ids are indices
-    KeySet refused;           // pairs that touch and that `accept` is against
+    BoxIndex<Dim, T> resting; // the other existing objects; ids are indices
+    KeySet refused;           // touching pairs that `accept` refused
     std::size_t alive = 0, disabled = 0;
-    /// What apply() has written to, which queries see; null: they see what the last update left.
+    /// The objects that apply() has written to, which queries see. Null: they see the state of the last
+    /// update.
     const Changes<Dim, T>* shown = nullptr;
 
     [[nodiscard]] ObjectId id_of(Index index) const noexcept
     {
         return {raw(index), ids.generation(raw(index))};
     }
-    /// One more than the greatest index of an object that was ever written; those beyond are still queued.
+    /// One more than the greatest index of an object ever written; objects beyond are still queued.
     [[nodiscard]] std::uint32_t index_end() const noexcept
     {
         return static_cast<std::uint32_t>(std::min<std::size_t>(ids.end(), objects.capacity()));
     }
-    /// Whether an object was in the world after the last update, and whether it is, with what apply() shows.
+    /// Whether an object was in the world after the last update, and whether it is now, including what
+    /// apply() shows.
     [[nodiscard]] bool was_there(std::uint32_t index) const noexcept
     {
         return index < objects.capacity() && objects[Index{index}].place() != Place::none;
@@ -112,7 +114,7 @@ struct State
             return true;
         });
     }
-    /// Whether queries see an object, and where: `accept` may ask in the middle of an update.
+    /// Whether queries see an object, and where: `accept` may query in the middle of an update.
     [[nodiscard]] bool is_shown(Index index) const noexcept
     {
         const auto object = objects[index];
@@ -124,7 +126,7 @@ struct State
         const auto object = objects[index];
         return object.has(flag::written) && shown == nullptr ? object.before() : object.now();
     }
-    /// Of what queries see: whether the index of resting objects has it as it is.
+    /// Whether the index of resting objects has an object as queries see it.
     [[nodiscard]] bool is_shown_resting(Index index) const noexcept
     {
         const auto object = objects[index];

@@ -15,8 +15,8 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// What the user keeps with each object: 64 bits, by index. Any thread may call everything at any time,
-/// except what an update does. Takes no memory before something is kept or removed.
+/// The user data of each object: 64 bits, by index. Any thread may call any function at any time, except
+/// those for updates. Takes no memory before data are set or removed.
 class UserData
 {
   public:
@@ -43,7 +43,7 @@ class UserData
         }
         place->store(data, std::memory_order_relaxed);
     }
-    /// Of all these objects, that of ids[i] is data_of(i); if it fails, of none.
+    /// Sets the data of ids[i] to data_of(i), for all of these objects, or for none if it fails.
     template <class DataOf>
     void set(std::span<const ObjectId> ids, const DataOf& data_of)
     {
@@ -61,11 +61,11 @@ class UserData
     /// Whether anything was ever set.
     [[nodiscard]] bool any() const noexcept { return any_.load(std::memory_order_acquire); }
 
-    // In an update: first who will be removed by it, ascending by index, then that it has happened.
+    // In an update: first the objects that it will remove, ascending by index, then that it has removed them.
     void begin_removal() noexcept { removed_next_.clear(); }
     void note_removal(ObjectId id) { removed_next_.push_back({id, of(id.index)}); }
     void end_removal() noexcept { removed_.swap(removed_next_); }
-    /// Of an object that the last update removed; null if it didn't.
+    /// The data of an object that the last update removed; null if it didn't.
     [[nodiscard]] const std::uint64_t* of_removed(ObjectId id) const noexcept
     {
         const auto at = std::partition_point(removed_.begin(), removed_.end(),
@@ -74,12 +74,12 @@ class UserData
     }
     void forget_removed() noexcept { removed_.clear(); }
 
-    // Once somebody wants to know what was set since:
+    // Once changes are to be recorded:
 
     struct Note
     {
         std::uint32_t index;
-        std::uint64_t data; // that there was
+        std::uint64_t data; // the previous data
     };
     void begin_notes() noexcept
     {
@@ -89,7 +89,7 @@ class UserData
         noted_.clear();
         notes_.store(true, std::memory_order_release);
     }
-    /// Those whose data may be others than they were. Appends to `indices`.
+    /// Appends the objects whose data may have changed to `indices`.
     template <class List>
     void list_noted(List& indices) const
     {
@@ -136,12 +136,12 @@ class UserData
         std::uint64_t data;
     };
     Segments<std::uint64_t> of_;
-    mutable std::mutex mutex_; // held while it grows, or notes are taken
+    mutable std::mutex mutex_; // held while it grows or records changes
     std::atomic<bool> any_{false};
     std::pmr::vector<Removed> removed_, removed_next_;
     std::atomic<bool> notes_{false};
     std::pmr::vector<Note> noted_;
-    Segments<std::uint32_t> note_of_; // by index: one more than its place among them; 0 where there is none
+    Segments<std::uint32_t> note_of_; // by index: one more than its place among them; 0 for none
 };
 
 } // namespace world

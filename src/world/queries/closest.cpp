@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The closest pairs of a world's objects, and of two worlds': through the indexes of those at rest and of the
-// active ones, as if they were one.
+// The closest pairs of a world's objects, and of two worlds': the indexes of resting and of active objects
+// are searched as if they were one.
 #include <algorithm>
 #include <array>
 #include <optional>
@@ -17,15 +17,16 @@ JOSTLE_NAMESPACE_BEGIN
 namespace world {
 namespace {
 
-/// The index of what rests. While apply() shows something, some of its objects are shown elsewhere or not at
-/// all: those are passed over one by one if they are few, and else an index is made for the query.
+/// The index of resting objects. While apply() shows changes, some of its objects are elsewhere or gone for
+/// queries. If they are few, they are skipped one by one; otherwise an index without them is made for the
+/// query.
 template <int Dim, class T>
 class ShownResting
 {
   public:
     explicit ShownResting(const State<Dim, T>& state) : state_(state), index_(&state.resting)
     {
-        // Where most of a tree is passed over, a search may come by all pairs before it has found one.
+        // If most of a tree is skipped, a search may visit all pairs before it finds one.
         constexpr std::size_t few = 8;
         if (state.shown == nullptr || few * state.shown->objects().size() <= state.resting.size()) return;
         std::vector<std::uint32_t> ids;
@@ -55,7 +56,7 @@ class ShownResting
     const BoxIndex<Dim, T>* index_;
 };
 
-/// The roots of the trees of a world's objects, at rest and active; either may be nothing.
+/// The roots of the trees of a world's resting and active objects; either may be null.
 template <int Dim, class T>
 std::array<index::Child<Dim, T>, 2> roots_of(const typename World<Dim, T>::Implementation& world,
                                              const ShownResting<Dim, T>& resting)

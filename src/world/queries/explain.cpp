@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a world is doing, for people: in words and as a drawing.
+// Describes a world for people, as text and as a drawing.
 #include <locale>
 #include <sstream>
 #include <string>
@@ -71,7 +71,7 @@ void World<Dim, T>::draw(
         for (int d = 0; d < Dim; ++d)
             for (int k = 0; k < 2; ++k) {
                 const Box& box = me.state.objects[world::Index{k == 0 ? a : b}].now();
-                // A box that is infinite both ways has no middle.
+                // A box that is infinite both ways has no centre.
                 centre[k][d] = box.lo[d] == -box.hi[d] ? T{0} : box.lo[d] / 2 + box.hi[d] / 2;
             }
         draw_line(centre[0], centre[1], kind);

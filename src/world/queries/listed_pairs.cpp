@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Lists of pairs that are made when somebody asks for them.
+// Lists of pairs that are made on demand.
 #include <algorithm>
 #include <memory_resource>
 #include <vector>
@@ -43,7 +43,7 @@ const PairBuffer& ListedPairs::of(const std::pmr::vector<ObjectPair>& began, con
 
 namespace {
 
-/// Objects to be searched for all together.
+/// Objects to be searched together.
 template <int Dim, class T>
 struct Searched
 {

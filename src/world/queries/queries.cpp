@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Queries: each is put to the resting objects and to the active ones, as if they were one index's.
+// Queries: each searches the resting and the active objects as if they were in one index.
 #include <algorithm>
 #include <cstddef>
 #include <memory_resource>
@@ -20,7 +20,7 @@ namespace world {
 
 using index::Visits;
 
-/// Puts queries to the resting and the active objects as if they were one index's, and says which of the
+/// Runs queries on the resting and the active objects as if they were in one index, and decides which of the
 /// objects count.
 template <int Dim, class T>
 class Asking
@@ -28,15 +28,15 @@ class Asking
   public:
     using Implementation = typename World<Dim, T>::Implementation;
 
-    /// Where to look, and whether the masks still have to be held against those who are found there.
+    /// Which indexes to search, and whether the masks must still be tested for what is found there.
     struct Sources
     {
         const index::Tree<Dim, T>* resting;
-        const index::Tree<Dim, T>* active; // null: nobody
+        const index::Tree<Dim, T>* active; // null: no objects
         bool masks;
     };
-    /// Brings what it returns up to date. In the indexes' own order it uses no layer, so that no order
-    /// depends on those.
+    /// Brings what it returns up to date. For the indexes' own order it uses no layer, so that no order
+    /// depends on layers.
     static Sources sources(const Implementation& world, const ObjectQueryFilter& filter, Visits visits)
     {
         const State<Dim, T>& state = world.state;
@@ -50,7 +50,7 @@ class Asking
                 if (layer->asker.category == filter.category && layer->asker.mask == filter.mask)
                     return {tree_of(&resting_of(*layer, state, world.applied)),
                             tree_of(active_of(layer->active, state, &layer->asker)),
-                            state.shown != nullptr}; // it goes by filters as they were before apply()
+                            state.shown != nullptr}; // it uses the filters from before apply()
         return {tree_of(&state.resting), tree_of(active_of(world.active_index, state)), is_masked};
     }
 
@@ -66,7 +66,7 @@ class Asking
     }
 
     [[nodiscard]] const index::Answers<Dim, T>& answers() const noexcept { return answers_; }
-    /// What the masks are about, or more: of what rests, and of what is active, null if that is nothing.
+    /// At least what the masks select: of resting and of active objects, null if there are none.
     [[nodiscard]] const index::Tree<Dim, T>& resting() const noexcept { return *sources_.resting; }
     [[nodiscard]] const index::Tree<Dim, T>* active() const noexcept { return sources_.active; }
     [[nodiscard]] bool takes_all() const noexcept
@@ -101,7 +101,7 @@ class Asking
     }
     [[nodiscard]] ObjectId given(std::uint32_t index) const { return state_.id_of(Index{index}); }
 
-    /// Not one by one: each is looked up elsewhere in memory, and so they are looked up side by side.
+    /// Not one by one: each lookup is a cache miss, and so these overlap.
     template <class Item, class Out>
     void append_given(const std::pmr::vector<Item>& items, Out& out) const
     {
@@ -138,7 +138,7 @@ class Asking
             if (!object.has(flag::written)) return nullptr;
             return object.is_there() ? &object.now() : &nowhere;
         }
-    } elsewhere_{state_}; // than in the index of what rests: where apply() has put it
+    } elsewhere_{state_}; // than in the index of resting objects: where apply() has put it
     index::Answers<Dim, T> answers_;
 };
 
@@ -159,7 +159,7 @@ class AskingMany
             for_all_.emplace(world, filters[0], visits);
             return;
         }
-        // Executors don't nest: what tasks ask can't bring an index up to date.
+        // Executors don't nest, so queries inside tasks can't refresh an index.
         for (std::size_t i = 0; i < count_; ++i)
             (void)Asking<Dim, T>::sources(world, filters[i], visits);
     }
@@ -208,7 +208,7 @@ class AskingMany
 namespace world {
 namespace {
 
-/// A category and a mask that select whatever one of the filters selects.
+/// A category and a mask that select everything that any of the filters selects.
 inline ObjectQueryFilter masks_together(const detail::QueryFilters<ObjectQueryFilter>& filters,
                                         std::size_t queries)
 {
@@ -249,13 +249,13 @@ void World<Dim, T>::Implementation::join(const BoxView<Dim, T>& boxes, std::vect
         BoxIndexAccess::join(state.resting, *where.active(), boxes, more);
         std::size_t a = more.size(), r = all.size();
         all.resize(r + a);
-        while (a > 0) // from the end, so that nothing is written over
+        while (a > 0) // from the end, so that nothing is overwritten
             if (r > 0 && more[a - 1] < all[r - 1])
                 --r, all[r + a] = all[r];
             else
                 --a, all[r + a] = more[a];
     }
-    // In use as the world is, these don't go by a layer, and hold all against their own.
+    // These use the world directly, without layers, and test everything with their own filters.
     std::optional<Asking> asking;
     std::size_t asker = boxes.size();
     const auto is_refused = [&](const Pair& pair) {
@@ -284,13 +284,13 @@ bool World<Dim, T>::Implementation::visit_joined(const BoxView<Dim, T>& boxes, J
     return true;
 }
 
-// --- Who touches whom, and where all is -------------------------------------------------------------------
+// --- Touching objects, and bounds -------------------------------------------------------------------------
 
 namespace world {
 namespace {
 
-/// Calls body(answers' query, wanted) about the objects not less than `from` that an object touches and
-/// agrees with.
+/// Calls body(answers' query, wanted) for the objects not less than `from` that an object touches and whose
+/// filters agree.
 template <int Dim, class T, class Body>
 auto ask_touching(const State<Dim, T>& state, Index index, std::uint32_t from, const Body& body)
 {
@@ -372,7 +372,7 @@ auto World<Dim, T>::bounds() const -> std::optional<Box>
             all->hi[d] = std::max(all->hi[d], box.hi[d]);
         }
     };
-    // What apply() has written to is not where the index of what rests has it.
+    // What apply() has written to isn't where the index of resting objects has it.
     const auto is_there = [&](std::uint32_t i) { return state.is_shown_resting(world::Index{i}); };
     const index::Tree<Dim, T>& resting = BoxIndexAccess::tree(state.resting);
     include(state.shown == nullptr ? resting.hull() : resting.hull_of(is_there));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Views: a world that has the objects of another one as queries see them, so that they can be asked while
-// the other one is updated. A view that follows again looks at what has changed since, if that was noted.
+// Views: worlds that have the objects of another world as queries see them, so that they can be queried while
+// the other is updated. A view that follows again visits only what has changed since, if that was recorded.
 #include <algorithm>
 
 #include "base/instantiate.hpp"
@@ -12,7 +12,7 @@ JOSTLE_NAMESPACE_BEGIN
 namespace world {
 namespace {
 
-/// An object as queries see it: after apply(), that is where it will be.
+/// An object as queries see it: after apply(), where it will be.
 template <int Dim, class T>
 Record<Dim, T> shown_record(const State<Dim, T>& state, std::uint32_t end, std::uint32_t i) noexcept
 {
@@ -131,7 +131,7 @@ class Follow
     const ChangeLog& log_;
 };
 
-/// A view without objects, which has followed nobody.
+/// A view without objects, which has followed no world.
 template <int Dim, class T>
 void empty_view(typename World<Dim, T>::Implementation& view) noexcept
 {
@@ -160,7 +160,7 @@ void empty_view(typename World<Dim, T>::Implementation& view) noexcept
 template <int Dim, Coordinate T>
 void World<Dim, T>::follow(const World& other)
 {
-    std::unique_ptr<Implementation> fresh; // the old one in the end, which outlives its `call`
+    std::unique_ptr<Implementation> fresh; // in the end the old one, which must outlive its `call`
     const InUse call = implementation_->users.change();
     const Implementation& of = *other.implementation_;
     if (&of == implementation_.get())

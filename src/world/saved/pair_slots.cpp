@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Behind the header of its bytes: how many slots there are, and the two ids of each, 0 where there is none.
+// After the header of its bytes come the number of slots, and the two ids of each, 0 for a free slot.
 #include "jostle/pair_slots.hpp"
 
 #include <algorithm>
@@ -80,15 +80,15 @@ struct PairSlots::Implementation
     [[nodiscard]] std::uint32_t add(const ObjectPair& pair) noexcept;
     void remove(std::uint32_t slot) noexcept;
 
-    std::pmr::vector<ObjectPair> pairs;   // by slot; `nobody` where there is none
+    std::pmr::vector<ObjectPair> pairs;   // by slot; `nobody` for free ones
     std::pmr::vector<std::uint32_t> free; // a heap, the least in front; there is room for all
-    // Open addressing: slots at the places of their keys, or behind; no_slot where there is none. A power of
-    // two, at most half of it in use.
+    // Open addressing: slots at the places of their keys or after them; no_slot for empty places. The size is
+    // a power of two, at most half of it in use.
     std::pmr::vector<std::uint32_t> table;
     std::pmr::vector<std::uint32_t> began, ended, next_began, next_ended;
 };
 
-/// The slots that these pairs have, in the next lists. Throws unless all is as it should be.
+/// Puts the slots of these pairs into the next lists. Throws unless all pairs are valid.
 void PairSlots::Implementation::look_up(std::span<const ObjectPair> begin, std::span<const EndedPair> finish)
 {
     world::check_order(begin);
@@ -144,14 +144,14 @@ std::uint32_t PairSlots::Implementation::add(const ObjectPair& pair) noexcept
     return slot;
 }
 
-/// Those behind it in the table move up, so that no search stops short of them.
+/// The following keys in the table move up, so that no search stops before it reaches them.
 void PairSlots::Implementation::remove(std::uint32_t slot) noexcept
 {
     const std::size_t mask = table.size() - 1;
     std::size_t hole = place_of(world::key_by_index(pairs[slot]));
     for (std::size_t next = (hole + 1) & mask; table[next] != no_slot; next = (next + 1) & mask) {
         const std::size_t home = world::home_of(world::key_by_index(pairs[table[next]]), table.size());
-        if (((next - home) & mask) < ((next - hole) & mask)) continue; // it is in its own place by now
+        if (((next - home) & mask) < ((next - hole) & mask)) continue; // already in its own place
         table[hole] = table[next];
         hole = next;
     }
@@ -175,7 +175,8 @@ void PairSlots::update(std::span<const ObjectPair> began, std::span<const EndedP
     Implementation& me = *implementation_;
     me.look_up(began, ended);
     me.make_room(began.size());
-    // Nothing fails from here on. First those that begin, so that none gets what another has left just now.
+    // Nothing can fail from here on. First the pairs that begin, so that none gets a slot that another has
+    // just left.
     for (std::size_t k = 0; k < began.size(); ++k)
         if (me.next_began[k] == no_slot) me.next_began[k] = me.add(began[k]);
     for (const std::uint32_t slot : me.next_ended)

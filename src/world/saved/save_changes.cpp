@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// What has changed since a base, a whole snapshot, and going to it from any other state with that base: at
-// the cost of what differs, without a look at what rests.
+// Saves what has changed since a base (a whole snapshot), and restores it from any other state with that
+// base, at a cost proportional to what differs and without visiting resting objects.
 //
-// Behind the header: the end of the indices; objects that differ, ascending, as index and record; how many of
-// the base's free indices are left, from the first on, and those behind them; active objects; pairs that are
-// refused (1) or no longer (0). Each list has its length in front.
+// After the header: the end of the indices; objects that differ, ascending, as index and record; how many of
+// the base's free indices are left, from the first on, and the free indices after them; active objects; pairs
+// that are refused (1) or no longer refused (0). Each list begins with its length.
 #include <algorithm>
 #include <limits>
 
@@ -27,7 +27,7 @@ Journal<Dim, T>& base_of(typename World<Dim, T>::Implementation& me)
     return *me.journal;
 }
 
-/// Whose records may not be what they were in the base: ascending, each once.
+/// The objects whose records may differ from the base: ascending, each once.
 template <int Dim, class T>
 void list_suspects(typename World<Dim, T>::Implementation& me, std::pmr::vector<std::uint32_t>& indices)
 {
@@ -39,7 +39,7 @@ void list_suspects(typename World<Dim, T>::Implementation& me, std::pmr::vector<
     indices.erase(std::unique(indices.begin(), indices.end()), indices.end());
 }
 
-/// What an object is, and what it was in the base.
+/// The state of an object now, and in the base.
 template <int Dim, class T>
 struct ThenAndNow
 {
@@ -96,8 +96,8 @@ void write_changes(SnapshotWriter& out, typename World<Dim, T>::Implementation& 
     }
 }
 
-/// Goes to where the changes say. First all is read, compared and made room for; what fails then leaves the
-/// world as it was. Only then is it changed.
+/// Restores the saved changes. First it reads and checks everything and allocates all memory; a failure then
+/// leaves the world unchanged. Only then does it change the world.
 template <int Dim, class T>
 class Return
 {
@@ -133,14 +133,15 @@ class Return
                                              [index](const Target& each) { return raw(each.index) < index; });
         return at != work_.targets.end() && raw(at->index) == index ? &*at : nullptr;
     }
-    /// What objects will be.
+    /// The states that objects will have.
     [[nodiscard]] Place place(std::uint32_t index) const noexcept
     {
         if (index >= end_) return Place::none;
         if (const Target* const target = find(index)) return target->record.place();
         return state_.was_there(index) ? recorded(state_.objects[Index{index}].place()) : Place::none;
     }
-    /// Of two objects of the base that stay pairs unless the changes say otherwise: whether both stay, too.
+    /// Whether both objects of a pair in the base still exist. The pair stays unless the changes say
+    /// otherwise.
     [[nodiscard]] bool is_left(Key key) const noexcept
     {
         const Pair pair = pair_of(key);
@@ -179,7 +180,7 @@ void Return<Dim, T>::read_objects()
         read.push_back({Index{index}, read_record<Dim, T>(in_)});
         any_gone_ |= read.back().record.generation == 0;
     }
-    // Who is neither among them nor differs from the base now stays as it is.
+    // An object that is neither among them nor differs from the base now stays unchanged.
     list_suspects<Dim, T>(me_, work_.indices);
     census_ = {state_.alive, state_.disabled, state_.resting.size()};
     auto& targets = work_.targets;
@@ -207,7 +208,7 @@ void Return<Dim, T>::read_free()
     kept_ = static_cast<std::size_t>(in_.get<std::uint64_t>());
     in_.demand(kept_ <= journal_.free.size(), "there are more free indices left than the base has");
     const std::uint64_t count = in_.get_count(8);
-    // New indices belong to objects or are free: else a few bytes would ask for any amount of memory.
+    // New indices belong to objects or are free: otherwise a few bytes could request any amount of memory.
     in_.demand(end_ - journal_.end <= work_.read.size() + count,
                "the number of indices fits neither the base nor what follows");
     work_.is_free.assign(static_cast<std::size_t>(end_), false);
@@ -225,7 +226,7 @@ void Return<Dim, T>::read_free()
     for (const Target& each : work_.targets)
         in_.demand(each.record.generation == 0 || !work_.is_free[raw(each.index)],
                    "an index is listed as free that isn't, or twice");
-    for (const Target& each : work_.read) // those that won't be handed out any more as well
+    for (const Target& each : work_.read) // also those that won't be handed out any more
         if (each.record.generation == 0) work_.is_free[raw(each.index)] = true;
 }
 
@@ -253,7 +254,7 @@ void Return<Dim, T>::read_refused()
         in_.demand(is_refused <= 1 && (is_refused == 0 ? key != no_key : is_pair(key)), gone);
         refused.push_back({key, is_refused == 1});
     }
-    // And those that go back to what they were in the base.
+    // And those that return to their state in the base.
     const auto by_key = [](const auto& a, const auto& b) { return a.first < b.first; };
     const auto read_end = static_cast<std::ptrdiff_t>(refused.size());
     const auto is_read = [&](Key key) {
@@ -273,7 +274,7 @@ template <int Dim, class T>
 void Return<Dim, T>::make_room()
 {
     const auto end = static_cast<std::uint32_t>(end_);
-    // Objects that are only queued may have user data: their indices lie beyond the end.
+    // Objects that are only queued may have user data: their indices are beyond the end.
     state_.make_room(work_.targets.empty() ? end : std::max(end, raw(work_.targets.back().index) + 1));
     state_.ids.make_room(end);
     me_.neighbour_lists.make_room(state_.objects.capacity());
@@ -282,11 +283,12 @@ void Return<Dim, T>::make_room()
     state_.shifted.reserve(work_.shifted.size());
     list_targets();
     state_.refused.reserve(work_.refused.size());
-    // The last that may fail; if it does, nothing has changed.
+    // The last step that can fail; if it does, nothing has changed.
     BoxIndexAccess::tree(state_.resting).put(work_.come, work_.come_boxes);
 }
 
-/// Has the journal note what objects are now, and lists those that come to rest, wake up or rest elsewhere.
+/// Makes the journal record the present state of objects, and lists those that come to rest, wake up or move
+/// at rest.
 template <int Dim, class T>
 void Return<Dim, T>::list_targets()
 {
@@ -421,7 +423,7 @@ void World<Dim, T>::restore_changes(std::span<const std::byte> changes)
         in.refuse("they are since another base, whose checksum is " + std::to_string(base) +
                   "; that of this world's is " + std::to_string(journal.base));
 
-    // From here on whoever made them knew both checksums. Still nothing is believed that could do harm.
+    // From here on the checksums are right, but the contents may still be forged, so everything is checked.
     world::Return<Dim, T> back(me, in);
     back.read();
     me.take_back(); // what apply() has shown

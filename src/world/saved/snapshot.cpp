@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Snapshots: what a world is, without what it is made of. The index is built anew; answers don't show it.
+// Snapshots: the contents of a world, without its data structures. The index is rebuilt, which affects no
+// answer.
 //
-// Behind the header: the margin; a record for each index; free indices with the generations that their next
-// objects get; active objects; pairs that are refused. Each list has its length in front.
+// After the header: the margin; a record for each index; free indices with the generations that their next
+// objects get; active objects; refused pairs. Each list begins with its length.
 #include <algorithm>
 #include <limits>
 
@@ -130,13 +131,13 @@ std::vector<std::byte> World<Dim, T>::save() const
 template <int Dim, Coordinate T>
 void World<Dim, T>::restore(std::span<const std::byte> snapshot)
 {
-    std::unique_ptr<Implementation> fresh; // the old one in the end, which outlives its `call`
+    std::unique_ptr<Implementation> fresh; // in the end the old one, which must outlive its `call`
     const InUse call = implementation_->users.change();
     world::SnapshotReader in(world::whole_snapshot, snapshot);
     if (in.read_header(world::saved_space<Dim, T>) != 0)
         in.refuse("the checksum says that there was an alteration");
 
-    // From here on whoever made it knew the checksum. Still nothing is believed that could do harm.
+    // From here on the checksum is right, but the contents may still be forged, so everything is checked.
     WorldOptions options = implementation_->state.options;
     options.margin = double{world::read_margin<T>(in)};
     fresh = std::make_unique<Implementation>(options);

@@ -21,13 +21,13 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-// Snapshots, changes and slots of pairs begin with a header of 48 bytes: eight letters that say which it is,
-// then version, dimensions, bytes of a coordinate (both 0 of slots) and 0 as 32-bit numbers, then the size of
-// what follows the header, the checksum of both (its own place counted as 0), and the checksum of the base of
-// changes (else 0) as 64-bit ones. All numbers little-endian, coordinates as IEEE 754.
+// Snapshots, changes and slots of pairs begin with a header of 48 bytes: eight letters that tell which it is;
+// then version, dimensions, bytes of a coordinate (both 0 for slots) and 0 as 32-bit numbers; then, as 64-bit
+// numbers, the size of what follows the header, the checksum of both (with its own place as 0), and the
+// checksum of the base of changes (otherwise 0). All numbers are little-endian, coordinates IEEE 754.
 inline constexpr std::size_t snapshot_header = 48, size_at = 24, checksum_at = 32, base_at = 40;
 
-/// What a kind of bytes is called, how it begins, its version, and who reads it.
+/// A kind of bytes: its name, how it begins, its version, and the function that reads it.
 struct SnapshotKind
 {
     std::string_view letters;
@@ -42,7 +42,7 @@ constexpr SnapshotKind changes_since = {"jostlech", "changes", 3,
 constexpr SnapshotKind slots_of_pairs = {"jostleps", "slots of pairs", 1,
                                          "these are slots of pairs, for PairSlots::restore()"};
 
-/// What kind of world it is of.
+/// The kind of world it belongs to.
 struct SavedSpace
 {
     std::uint32_t dim = 0, coordinate = 0;
@@ -50,8 +50,8 @@ struct SavedSpace
 template <int Dim, class T>
 constexpr SavedSpace saved_space = {Dim, sizeof(T)};
 
-/// Words of 8 bytes, the last filled up with zeros. Each step is a bijection of the sum so far, so a change
-/// within one word always shows.
+/// Processes words of 8 bytes, the last padded with zeros. Each step is a bijection of the sum so far, so a
+/// change within one word is always detected.
 [[nodiscard]] inline std::uint64_t checksum(std::span<const std::byte> bytes) noexcept
 {
     std::uint64_t sum = 0x9e3779b97f4a7c15u;
@@ -104,7 +104,7 @@ class SnapshotWriter
         put(space.dim);
         put(space.coordinate);
         put(std::uint32_t{0});
-        put(std::uint64_t{0}); // size and checksum, for later
+        put(std::uint64_t{0}); // size and checksum, filled in later
         put(std::uint64_t{0});
         put(base);
     }
@@ -141,7 +141,7 @@ class SnapshotReader
         std::memcpy(&number, &bits, sizeof number);
         return number;
     }
-    /// How many things of at least `size` bytes follow.
+    /// Reads how many items of at least `size` bytes follow.
     std::uint64_t get_count(std::size_t size)
     {
         const auto count = get<std::uint64_t>();
@@ -160,7 +160,7 @@ class SnapshotReader
     }
     void demand_end() const { demand(at_ == bytes_.size(), "more bytes follow the end"); }
 
-    /// Checks all but what follows the header. Returns the checksum of the base.
+    /// Checks the header. Returns the checksum of the base.
     std::uint64_t read_header(const SavedSpace& space)
     {
         if (bytes_.size() < snapshot_header)
@@ -199,14 +199,14 @@ class SnapshotReader
     std::size_t at_ = 0;
 };
 
-/// The bits of an object's state in a snapshot. They are part of the format: what a bit means never changes,
-/// whichever bits `flag` has in memory.
+/// The bits of an object's state in a snapshot. They are part of the format: the meaning of a bit never
+/// changes, whatever the bits of `flag` in memory.
 namespace saved {
 constexpr std::uint32_t place = 3; // the two bits of `Place`
 constexpr std::uint32_t alive = 1u << 2, enabled = 1u << 3, is_static = 1u << 4;
 constexpr std::uint32_t has_reach = 1u << 5; // box, displacement and margin follow
 constexpr std::uint32_t has_data = 1u << 7;  // user data follow
-constexpr std::uint32_t all = place | alive | enabled | is_static | has_reach; // but for has_data
+constexpr std::uint32_t all = place | alive | enabled | is_static | has_reach; // except has_data
 
 struct Meaning
 {
@@ -221,7 +221,7 @@ static_assert(0 == static_cast<int>(Place::none) && 1 == static_cast<int>(Place:
                   2 == static_cast<int>(Place::active) && 3 == static_cast<int>(Place::resting),
               "the places are part of the format, too");
 
-/// The state in memory of an object that has these bits in a snapshot, and the other way round.
+/// Converts between an object's bits in a snapshot and its state in memory.
 constexpr std::uint32_t state_of(std::uint32_t bits) noexcept
 {
     std::uint32_t state = bits & saved::place;
@@ -237,17 +237,18 @@ constexpr std::uint32_t bits_of(std::uint32_t state) noexcept
     return bits;
 }
 
-/// In the list of active objects, how many updates one has been idle; for those that are parked, from this
-/// number on, whose turn comes when. Those that rest and have moved of late are among them.
+/// In the list of active objects a number tells for how many updates an object has been idle. Parked objects
+/// have numbers from this one on, in the order in which they come to rest. The list includes resting objects
+/// that have moved recently.
 constexpr std::uint32_t first_turn = idle_updates + 1;
 
-/// One of that list, whose object has this place, is possible.
+/// Whether an element of that list is possible for an object in this place.
 [[nodiscard]] constexpr bool may_be_listed(Place place, std::uint32_t idle) noexcept
 {
     return place == Place::active || (place == Place::resting && idle < shifted_updates);
 }
 
-/// With its generation in front; of no object, that alone.
+/// Begins with the generation, which for no object is all there is.
 template <int Dim, class T>
 void write_record(SnapshotWriter& out, const Record<Dim, T>& record)
 {
@@ -308,7 +309,8 @@ Record<Dim, T> read_record(SnapshotReader& in)
     return record;
 }
 
-/// Active objects ascending, parked ones among them with their turns, and those that rest and have moved.
+/// Writes active objects, ascending, including parked ones with their order, and resting ones that have
+/// moved.
 template <int Dim, class T, class List>
 void write_active(SnapshotWriter& out, const State<Dim, T>& state, List& active)
 {
@@ -327,8 +329,8 @@ void write_active(SnapshotWriter& out, const State<Dim, T>& state, List& active)
     }
 }
 
-/// Reads what that wrote into lists that are empty, parked ones by their turns. `place_of` tells the place of
-/// an index, none where there is no object; `count_of_active` how many have the place active.
+/// Reads what that wrote into empty lists, parked objects in their order. `place_of` returns the place of an
+/// index, none if there is no object; `count_of_active` is the number of objects in the place active.
 template <class List, class PlaceOf>
 void read_active(SnapshotReader& in, const PlaceOf& place_of, std::uint64_t count_of_active, List& active,
                  List& parked, List& shifted)
@@ -351,7 +353,7 @@ void read_active(SnapshotReader& in, const PlaceOf& place_of, std::uint64_t coun
     });
 }
 
-/// These are the lists from now on. The objects are there, as their records say.
+/// Makes these the present lists. The objects already exist, as in their records.
 template <int Dim, class T, class List>
 void put_active(State<Dim, T>& state, const List& active, const List& parked, const List& shifted)
 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The first stage of an update: what was queued is written into the objects. They keep what they were.
+// The first stage of an update: writes the queued commands into the objects, whose old state is kept.
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -34,7 +34,7 @@ void Writer<Dim, T>::set_queue(std::uint32_t queue)
     queue_ = queue;
 }
 
-/// Makes the object ready to be written to; false if it is gone.
+/// Prepares the object for writing; returns false if it is gone.
 template <int Dim, class T>
 bool Writer<Dim, T>::open(ObjectId id)
 {
@@ -65,7 +65,7 @@ void Writer<Dim, T>::touch(Index index)
     if (noted_ == nullptr) return;
     const Object object = state_.objects[index];
     if (object.has(flag::noted)) return;
-    reserve_more(changes_.list(), 1); // once it is noted, listing it as changed can't fail
+    reserve_more(changes_.list(), 1); // once it is recorded, listing it as changed can't fail
     noted_->push_back({index, object.has(flag::alive)});
     object.set(flag::noted);
 }
@@ -174,7 +174,7 @@ void Writer<Dim, T>::set_box(Index index, const Box& box)
     set_bounds(index);
 }
 
-/// To what follows from its reach.
+/// Sets the bounds that follow from its reach.
 template <int Dim, class T>
 void Writer<Dim, T>::set_bounds(Index index)
 {
@@ -188,7 +188,7 @@ void Writer<Dim, T>::resize(Index index, const Box& size)
     Box box = state_.objects.box(index);
     for (int d = 0; d < Dim; ++d) {
         const T lo = box.lo[d], hi = box.hi[d], length = hi - lo, half = size.lo[d] / 2;
-        if (!std::isfinite(lo) || !std::isfinite(hi)) continue; // no centre: the side stays
+        if (!std::isfinite(lo) || !std::isfinite(hi)) continue; // no centre: this axis stays
         const T centre = std::isfinite(length) ? lo + length / 2 : lo / 2 + hi / 2;
         box.lo[d] = centre - half;
         box.hi[d] = centre + half;
@@ -233,8 +233,7 @@ void Writer<Dim, T>::set_filter(Index index, const ObjectFilter& filter)
 
 namespace {
 
-/// Commands to be applied, and whose the moves given to update() count as: the calling thread's queue, where
-/// they come last.
+/// Commands to be applied. Moves given to update() count as the last of the calling thread's queue.
 struct QueueCounts
 {
     std::uint32_t own;
@@ -290,7 +289,7 @@ void move_one_by_one(const State<Dim, T>& state, const Moves<Dim, T>& moves, Wri
     }
 }
 
-/// Whether objects can be moved without a look at each other: ids ascend, and bounds are what was given.
+/// Whether objects can be moved independently: ids ascend, and bounds are the given boxes.
 template <int Dim, class T>
 bool are_plain(const State<Dim, T>& state, const Moves<Dim, T>& moves)
 {
@@ -310,7 +309,7 @@ bool are_plain(const State<Dim, T>& state, const Moves<Dim, T>& moves)
     return plain;
 }
 
-/// Moves objects of which no command has spoken, in parallel. The moves are plain.
+/// Moves objects without other commands in parallel. The moves are plain.
 template <int Dim, class T>
 void move_in_place(State<Dim, T>& state, const Moves<Dim, T>& moves, Changes<Dim, T>& changes, Arena& arena)
 {
@@ -364,7 +363,7 @@ void apply(State<Dim, T>& state, Queues<Dim, T>& queues, const Moves<Dim, T>& mo
     writer.begin(nullptr);
     reserve_more(changes.list(), counts.commands);
     apply_queued(state, queues, writer);
-    if (changes.objects().empty()) { // no command was about an object that is there
+    if (changes.objects().empty()) { // no command was for an existing object
         if (moves.ids.empty()) return;
         if (are_plain(state, moves)) {
             move_in_place(state, moves, changes, arena);
@@ -388,7 +387,7 @@ void apply_ahead(State<Dim, T>& state, Queues<Dim, T>& queues, Applied<Dim, T>& 
     writer.begin(&noted);
     apply_queued(state, queues, writer);
     if (writer.any_contested()) settle_contests(state, changes, writer, queues, {}, counts.own, arena);
-    // Queries by layers and snapshots ask for what objects were.
+    // Queries by layers and snapshots read the old state of objects.
     changes.sort_filters();
     changes.sort_reaches();
     changes.sort_again();

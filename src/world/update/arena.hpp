@@ -23,19 +23,19 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// All memory that a world holds comes through here, so that it can be counted. The first pieces lie in a
-/// block that is part of it, one after another, and stay there: to allocate each would take a world of a few
-/// objects longer than to work with them.
+/// All memory of a world is allocated here, so that it can be counted. The first pieces are in a block that
+/// is part of this object, one after another, and stay there: for a world of a few objects allocating each
+/// would take longer than working with them.
 class CountedMemory final : public std::pmr::memory_resource
 {
   public:
 #ifdef JOSTLE_CHECKS_ADDRESSES
-    static constexpr std::size_t block_size = 1; // the checks see the ends of what is allocated
+    static constexpr std::size_t block_size = 1; // sanitizers check the ends of each allocation
 #else
     static constexpr std::size_t block_size = 40960;
 #endif
     explicit CountedMemory(std::pmr::memory_resource* source) noexcept : source_(source) {}
-    /// Those allocated, the block not among them.
+    /// Bytes allocated, without the block.
     [[nodiscard]] std::uint64_t bytes() const noexcept { return bytes_.load(std::memory_order_relaxed); }
 
   private:
@@ -43,7 +43,7 @@ class CountedMemory final : public std::pmr::memory_resource
     {
         const auto block = reinterpret_cast<std::uintptr_t>(block_);
         const std::size_t to = std::max(alignment, alignof(std::max_align_t));
-        // Threads that queue commands take pieces at the same time.
+        // Threads that queue commands allocate at the same time.
         for (std::size_t used = used_.load(std::memory_order_relaxed);;) {
             const std::size_t begin = ((block + used + to - 1) & ~(to - 1)) - block;
             if (begin > block_size || bytes > block_size - begin) break;
@@ -73,9 +73,9 @@ class CountedMemory final : public std::pmr::memory_resource
     std::byte block_[block_size];
 };
 
-/// The temporary memory of updates: lists and buffers, each under the name of what is in it. The stage that
-/// takes one has it until the next update begins, and no other stage may take it until then; its memory stays
-/// for the next time, so that steady updates allocate nothing. Kept ones outlast calls between updates.
+/// The temporary memory of updates: lists and buffers, each named for its contents. The stage that takes one
+/// owns it until the next update begins, and no other stage may take it until then. Its memory stays for the
+/// next time, so steady updates allocate nothing. Kept ones outlast calls between updates.
 class Arena
 {
   public:
@@ -91,20 +91,20 @@ class Arena
             piece.destroy(piece.thing);
     }
 
-    /// Takes back all memory that was handed out so far.
+    /// Takes back all memory handed out so far.
     void begin() noexcept
     {
         for (Piece& piece : pieces_)
             piece.is_kept = false;
         begin_again();
     }
-    /// What is taken now outlasts begin_again().
+    /// What has been taken so far outlasts begin_again().
     void keep() noexcept
     {
         for (Piece& piece : pieces_)
             piece.is_kept = piece.is_taken;
     }
-    /// Takes back all memory that was handed out since keep().
+    /// Takes back all memory handed out since keep().
     void begin_again() noexcept
     {
         next_ = taken_ = 0;
@@ -122,7 +122,7 @@ class Arena
         values.clear();
         return values;
     }
-    /// Anything that is made from a memory resource, as it was left.
+    /// Anything constructed from a memory resource, in the state in which it was left.
     template <class Thing>
     [[nodiscard]] Thing& take(const char* name)
     {
@@ -130,7 +130,7 @@ class Arena
         if (piece == nullptr) {
             assert(
                 std::none_of(pieces_.begin(), pieces_.end(), [&](const Piece& p) { return p.name == name; }));
-            // So that nothing fails once the thing is there.
+            // So that nothing can fail once the object exists.
             if (pieces_.size() == pieces_.capacity()) pieces_.reserve(pieces_.size() + 64);
             void* const place = things_.allocate(sizeof(Thing), alignof(Thing));
             pieces_.push_back({name, new (place) Thing(memory_), &destroy<Thing>, false, false});
@@ -155,8 +155,8 @@ class Arena
     {
         static_cast<Thing*>(thing)->~Thing();
     }
-    /// Updates mostly take the same things in the same order: the next one is looked at first. Names are
-    /// literals of one place in the code, and so known by where they lie.
+    /// Updates mostly take the same things in the same order, so the next one is tested first. Each name is a
+    /// literal in one place in the code, and so identified by its address.
     Piece* find(const char* name) noexcept
     {
         if (taken_ == pieces_.size()) return nullptr; // in the first update each one is new
@@ -171,8 +171,8 @@ class Arena
     std::pmr::memory_resource* memory_;
     std::pmr::vector<Piece> pieces_;
     std::size_t next_ = 0, taken_ = 0;
-    // They lie side by side: they are small, and to allocate each would take a small world longer than to
-    // work with them.
+    // Contiguous, since they are small, and for a small world allocating each would take longer than working
+    // with them.
     std::pmr::monotonic_buffer_resource things_;
 };
 

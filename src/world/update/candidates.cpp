@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Finding the pairs of changed objects: among all that is active by the engine behind PairFinder, and with
-// what rests by lists of neighbours or the index.
+// Finds the pairs of changed objects: with active objects by the engine of PairFinder, and with resting
+// objects by lists of neighbours or the index.
 #include "world/update/candidates.hpp"
 
 #include <algorithm>
@@ -20,7 +20,7 @@ JOSTLE_NAMESPACE_BEGIN
 namespace world {
 namespace {
 
-// Up to this many entries are tried here: the engine's working memory takes more than a small world does.
+// Up to this many entries are tested here: the engine's working memory takes more than a small world does.
 constexpr std::size_t few_to_try = 24;
 
 template <int Dim, class T>
@@ -46,7 +46,7 @@ class Search
 
     void among_active();
     void among_resting();
-    /// All that was found, in the memory of `to`, and what was done for it.
+    /// Everything found, in the memory of `to`, and statistics.
     void tell(Candidates& candidates, PairBuffer& to)
     {
         candidates.touching = sorted(to);
@@ -90,7 +90,7 @@ class Search
     PairFinder& finder_;
     NeighbourLists<Dim, T>& neighbour_lists_;
     Arena& arena_;
-    PairBuffer& found_; // pairs of indices, in memory of those that found them
+    PairBuffer& found_; // pairs of indices, in the memory of those that found them
     const bool all_pass_;
     const Marked has_rested_;
     std::atomic<std::uint64_t> looked_at_{0}, rejected_{0};
@@ -101,7 +101,7 @@ class Search
 template <int Dim, class T>
 void Search<Dim, T>::among_active()
 {
-    // Idle objects among themselves are known; many of them are better kept apart.
+    // Pairs of idle objects are known; if there are many, it is better to keep these objects apart.
     const std::span<const Box> all(entries_.box.values());
     const std::span<const Box> moved = all.first(entries_.changed), idle = all.subspan(entries_.changed);
     if (idle.size() <= moved.size()) {
@@ -114,7 +114,7 @@ void Search<Dim, T>::among_active()
         between(moved, idle, index_of, arena_.take<PairBuffer>("pairs of changed entries and idle ones"));
     }
     const auto parked = [&](std::uint32_t place) {
-        const Index index = state_.parked.index(place); // what has changed is found as such
+        const Index index = state_.parked.index(place); // changed objects are found as such
         const bool waits = index != state_.parked.nobody && !state_.objects[index].has(flag::written);
         return waits ? index : state_.parked.nobody;
     };
@@ -126,7 +126,7 @@ void Search<Dim, T>::among_active()
 template <int Dim, class T>
 void Search<Dim, T>::among(std::span<const Box> boxes)
 {
-    // Where the entries are all objects, from the first one on, they have the same numbers.
+    // If the entries are all objects, from the first one on, entries and indices are the same numbers.
     const bool same_numbers = all_pass_ && entries_.changed == entries_.size() &&
                               raw(entries_.index.values().back()) == entries_.size() - 1;
     const auto select = [&](Pair* const first, Pair* last) {
@@ -158,7 +158,7 @@ void Search<Dim, T>::among(std::span<const Box> boxes)
     take(pairs);
 }
 
-/// Pairs of a changed entry and one of `others`, of which index_of says who it is, or that it is nobody.
+/// Pairs of a changed entry and one of `others`, whose object is index_of, or nobody.
 template <int Dim, class T>
 template <class IndexOf>
 void Search<Dim, T>::between(std::span<const Box> moved, std::span<const Box> others, const IndexOf& index_of,
@@ -183,7 +183,7 @@ void Search<Dim, T>::between(std::span<const Box> moved, std::span<const Box> ot
     take(pairs);
 }
 
-/// Of pairs of an entry and a resting object keeps those that agree, as pairs of indices.
+/// Keeps, of pairs of an entry and a resting object, those whose filters agree, as pairs of indices.
 template <int Dim, class T>
 template <class EntryOf>
 std::uint32_t Search<Dim, T>::select_resting(Pair* const first, const Pair* last, const Division& division,
@@ -194,8 +194,8 @@ std::uint32_t Search<Dim, T>::select_resting(Pair* const first, const Pair* last
     for (const Pair* each = first; each != last; ++each) {
         const Entry entry = entry_of(each->a);
         const Index index = entries_.index[entry], other{each->b};
-        // What a list holds and has moved or woken up since is found elsewhere, if anywhere; what does so in
-        // this update, as a changed one.
+        // An object in a list that has since moved or woken up is found elsewhere, if at all; one that does
+        // so in this update is found as a changed one.
         if (neighbour_lists_.has_left(other, division.created[entry])) continue;
         if (has_rested_(other)) continue;
         ++candidates;
@@ -249,7 +249,7 @@ void Search<Dim, T>::find_listed(const Division& division)
 template <int Dim, class T>
 void Search<Dim, T>::find_unlisted(const Division& division)
 {
-    // Where what rests lies in one place, such as the ground below, most come nowhere near.
+    // If all resting objects are in one place, such as the ground below, most objects are nowhere near.
     const Box hull = BoxIndexAccess::tree(state_.resting).hull();
     auto& unlisted = arena_.list<Entry>("entries to be asked about");
     auto& boxes = arena_.list<Box>("boxes of entries to be asked about");
@@ -282,7 +282,8 @@ template <int Dim, class T>
 std::span<Pair> Search<Dim, T>::sorted(PairBuffer& to)
 {
     if (found_.size() == 0) return {};
-    // The counting sort goes through all objects, if in parallel; the other through the pairs several times.
+    // The counting sort passes over all objects, though in parallel; the other passes over the pairs several
+    // times.
     const std::uint64_t count = found_.size(), objects = state_.ids.end();
     if (count >= objects ||
         (count >= objects / 8 && count >= 16 * run_length && state_.executor->concurrency() > 1)) {
@@ -329,7 +330,7 @@ std::span<const Pair> find_old_pairs(State<Dim, T>& state, const Changes<Dim, T>
     if (entries.stirring.empty()) return {};
     const std::span<const Aabb<Dim, T>> boxes(entries.boxes_before);
     auto& pairs = arena.list<Pair>("old pairs of stirring objects");
-    // All filters that objects have, or had, are of a class.
+    // All present and former filters of objects have a class.
     const bool all_pass = state.classes.all_pass();
     const auto take = [&](Index a, Index b) {
         if (a == b || (state.objects[b].has(flag::written) && b < a)) return; // found from the other side

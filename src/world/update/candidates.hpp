@@ -18,27 +18,26 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// What a search has found.
+/// The results of a search.
 struct Candidates
 {
     // Pairs of objects, by index, that touch and whose filters agree. Strictly ascending: `judge` merges them
-    // with those of the last update. Each once: a changed object is an entry, one that hasn't changed is
-    // idle, parked or resting, and what still holds an object that changed passes it over. A pair of two
-    // objects that are idle is missing; the last update has it.
+    // with those of the last update. Each is found once: a changed object is an entry, an unchanged one is
+    // idle, parked or resting, and a structure that still has a changed object skips it. Pairs of two idle
+    // objects are missing; the last update has them.
     std::span<Pair> touching;
-    std::uint64_t looked_at = 0; // pairs of boxes that touch
-    std::uint64_t rejected = 0;  // of these: kept apart by filters
-    std::uint64_t listed = 0;    // objects that have got a list of neighbours
+    std::uint64_t looked_at = 0; // pairs of touching boxes
+    std::uint64_t rejected = 0;  // of these: rejected by filters
+    std::uint64_t listed = 0;    // objects that got a list of neighbours
     double us_active = 0, us_resting = 0;
 };
 
-/// The stage `find` of an update: finds the pairs of changed objects with all that is there, in the memory of
-/// `to`.
+/// The stage `find` of an update: finds the pairs of changed objects with all objects, in the memory of `to`.
 template <int Dim, class T>
 [[nodiscard]] Candidates find(State<Dim, T>& state, const Entries<Dim, T>& entries, PairFinder& finder,
                               NeighbourLists<Dim, T>& neighbour_lists, PairBuffer& to, Arena& arena);
 
-/// The pairs that stirring objects had with what rested or was parked. Ascending.
+/// The old pairs of Entries::stirring with resting or parked objects. Ascending.
 template <int Dim, class T>
 [[nodiscard]] std::span<const Pair> find_old_pairs(State<Dim, T>& state, const Changes<Dim, T>& changes,
                                                    const Entries<Dim, T>& entries, PairFinder& finder,

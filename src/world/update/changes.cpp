@@ -10,7 +10,8 @@ JOSTLE_NAMESPACE_BEGIN
 namespace world {
 namespace {
 
-/// What was kept of an object, if it was: by halves in the part that is sorted, one by one in the rest.
+/// Finds what was kept of an object, if anything: by binary search in the sorted part, one by one in the
+/// rest.
 template <class Kept>
 const Kept* find(const std::pmr::vector<Kept>& kept, std::size_t sorted, Index index) noexcept
 {
@@ -145,7 +146,7 @@ void Changes<Dim, T>::undo() noexcept
 {
     for (const Index index : objects_) {
         const auto object = state_->objects[index];
-        if (!object.has(flag::written)) continue; // where it failed, the list may name objects at random
+        if (!object.has(flag::written)) continue; // after a failure, the list may name arbitrary objects
         if (object.place() == Place::none) {
             object.set_state(0);
             continue;

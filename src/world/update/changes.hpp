@@ -14,8 +14,8 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// What commands have changed: which objects differ from the last update, and their old state. Unless it is
-/// kept, its destructor restores the old state.
+/// The changes made by commands: which objects differ from the last update, and their old state. Unless the
+/// changes are kept, the destructor restores the old state.
 template <int Dim, class T>
 class Changes
 {
@@ -43,42 +43,42 @@ class Changes
 
     /// Ascending once all commands are applied.
     [[nodiscard]] const std::pmr::vector<Index>& objects() const noexcept { return objects_; }
-    /// Of any object: what it was after the last update.
+    /// The state of any object after the last update.
     [[nodiscard]] ObjectFilter old_filter(Index index) const noexcept;
-    /// Of one with `reach_kept`; null if it had none.
+    /// The old reach of an object with `reach_kept`; null if it had none.
     [[nodiscard]] const Reach<Dim, T>* old_reach(Index index) const noexcept;
-    /// What was kept of filters and reaches, in any order, each object once.
+    /// The old filters and reaches, in any order, each object once.
     [[nodiscard]] std::span<const OldFilter> old_filters() const noexcept { return old_filters_; }
     [[nodiscard]] std::span<const OldReach> old_reaches() const noexcept { return old_reaches_; }
-    /// Whether there are pairs to be reported as if they were new, and whether this one is.
+    /// Whether any pairs are to be reported as new, and whether this one is.
     [[nodiscard]] bool any_again() const noexcept { return !again_.empty(); }
     [[nodiscard]] bool is_again(const Pair& pair) const noexcept;
-    /// Of a pair that touched after the last update: whether `accept` is asked about it if it still does.
+    /// Whether `accept` is called for a pair that touched after the last update, if it still does.
     [[nodiscard]] bool is_asked_again(const Pair& pair) const noexcept;
 
     std::uint64_t commands = 0;
     std::uint64_t dropped = 0;   // of these, because their objects are gone
-    std::uint64_t contested = 0; // objects that commands of several threads are about
+    std::uint64_t contested = 0; // objects with commands from several threads
 
-    // For those who apply commands:
+    // For the code that applies commands:
     [[nodiscard]] std::pmr::vector<Index>& list() noexcept { return objects_; }
     void keep_filter(Index index, const ObjectFilter& filter) { old_filters_.push_back({index, filter}); }
     void keep_reach(const OldReach& reach) { old_reaches_.push_back(reach); }
-    /// The pair of an object with another one, or with everyone.
+    /// The pair of an object with another one, or with all objects.
     static constexpr Index everyone{~std::uint32_t{0}};
     void report_again(Index index, Index other)
     {
         again_.push_back(key_of(pair_of(index, other)));
         state_->objects[index].set(flag::again);
     }
-    /// Makes an object what it was after the last update, or nothing if it is new.
+    /// Restores an object's state after the last update; a new object is removed.
     void reset(Index index) noexcept;
-    /// So that finding what an object was is quick for all that was kept until now.
+    /// Sorts, so that lookups of what was kept until now are fast.
     void sort_filters();
     void sort_reaches() noexcept;
-    /// So that is_again() knows what was said until now.
+    /// Sorts, so that is_again() finds what was added until now.
     void sort_again() noexcept;
-    /// Brings the list into order, without the objects that commands left as they were.
+    /// Sorts the list, and drops objects that commands left unchanged.
     void close(Arena& arena);
 
   private:
@@ -91,11 +91,11 @@ class Changes
     std::pmr::vector<OldReach>& old_reaches_;
     std::pmr::vector<Key>& again_; // ascending after sort_again()
     std::pmr::vector<OldFilter>& scratch_;
-    std::size_t sorted_filters_ = 0, sorted_reaches_ = 0; // how many of them are in order, from the first on
+    std::size_t sorted_filters_ = 0, sorted_reaches_ = 0; // how many of them are sorted, from the first on
 };
 
-/// Whether two objects whose boxes touch don't count as a pair for queries, because `accept` is against it.
-/// Pairs about which the next update will ask again count.
+/// Whether two objects whose boxes touch don't count as a pair for queries, because `accept` refused it.
+/// Pairs for which the next update will call it again count.
 template <int Dim, class T>
 [[nodiscard]] bool is_shown_refused(const State<Dim, T>& state, const Pair& pair) noexcept
 {
@@ -103,7 +103,7 @@ template <int Dim, class T>
     return state.shown == nullptr || !state.shown->is_asked_again(pair);
 }
 
-/// Moves that the caller of update() gives, as if its thread had queued them last.
+/// Moves given to update(), as if the calling thread had queued them last.
 template <int Dim, class T>
 struct Moves
 {

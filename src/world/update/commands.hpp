@@ -26,8 +26,8 @@ enum class CommandKind : std::uint8_t
     margin, // in box.lo[0]
     enable,
     disable,
-    report,      // the object's pairs as if they were new
-    report_pair, // that with `other`
+    report,      // reports the object's pairs as new
+    report_pair, // reports the pair with `other` as new
 };
 
 template <int Dim, class T>
@@ -69,7 +69,8 @@ struct Addition
     ObjectOptions<T> options;
 };
 
-/// What threads are made of. The tests have others, of which they try every schedule: schedules_test.cpp.
+/// The primitives for threads. The tests substitute others, with which they try every schedule:
+/// schedules_test.cpp.
 struct SystemThreads
 {
     using Id = std::thread::id;
@@ -79,7 +80,8 @@ struct SystemThreads
     static Id self() noexcept { return std::this_thread::get_id(); }
 };
 
-/// What one thread queued. Only that thread locks its mutex, until an update locks all queues for a moment.
+/// The commands queued by one thread. Only that thread locks its mutex, except when an update briefly locks
+/// all queues.
 template <int Dim, class T, class Threads = SystemThreads>
 struct alignas(128) Queue
 {
@@ -90,22 +92,22 @@ struct alignas(128) Queue
 
     const std::uint32_t number; // from 1 up
 
-    // Becomes somebody's only while Queues::mutex_ is held, and nobody's only while `mutex` is held as well.
-    // Relaxed is enough: a thread can't miss its own name, which it wrote here itself, and whoever still
-    // reads its name after that was taken away learns it from `mutex`, which it locks before it looks again.
+    // Assigned only while Queues::mutex_ is held, and cleared only while `mutex` is held as well. Relaxed is
+    // enough: a thread can't miss its own name, which it wrote itself, and a thread that still reads its name
+    // after it was cleared learns so from `mutex`, which it locks before it reads again.
     typename Threads::template Atomic<typename Threads::Id> owner{};
-    typename Threads::Mutex mutex; // guards the two that follow
+    typename Threads::Mutex mutex; // guards the next two members
     std::pmr::vector<Addition<Dim, T>> additions;
     std::pmr::vector<Command<Dim, T>> commands;
 
-    // The update's own:
+    // Used only by the update:
     std::pmr::vector<Addition<Dim, T>> taken_additions;
     std::pmr::vector<Command<Dim, T>> taken_commands;
-    std::size_t applied_additions = 0, applied_commands = 0; // of these, from the first on
+    std::size_t applied_additions = 0, applied_commands = 0; // how many of these, from the first on
     Queue* next = nullptr;
 };
 
-/// One queue for each thread that queues.
+/// One queue for each thread that queues commands.
 template <int Dim, class T, class Threads = SystemThreads>
 class Queues
 {
@@ -134,13 +136,13 @@ class Queues
         for (;;) {
             Queue& queue = queue_of(me);
             const std::lock_guard lock(queue.mutex);
-            // An update may have taken the queue away because it hadn't been used for long.
+            // An update may have taken the queue away because it was unused for long.
             if (queue.owner.load(std::memory_order_relaxed) == me) return body(queue);
         }
     }
 
     /// Takes everything queued so far, in all queues at the same moment: if one command was queued before
-    /// another, whichever their threads, then the other isn't taken without it. What was taken and not
+    /// another, on any threads, the second isn't taken without the first. What was taken before and not
     /// forgotten stays in front. On failure nothing is taken.
     void take()
     {
@@ -166,13 +168,14 @@ class Queues
         for (Queue* queue = first(); queue != nullptr; queue = queue->next) {
             const bool idle = queue->additions.empty() && queue->commands.empty() &&
                               queue->taken_additions.empty() && queue->taken_commands.empty();
-            if (idle) queue->owner.store({}, std::memory_order_relaxed); // for whoever comes first
+            if (idle)
+                queue->owner.store({}, std::memory_order_relaxed); // for the first thread that needs one
             move_over(queue->taken_additions, queue->additions);
             move_over(queue->taken_commands, queue->commands);
         }
     }
 
-    /// What was taken is done with.
+    /// Discards what was taken, which is done.
     void forget() noexcept
     {
         for (Queue* queue = first(); queue != nullptr; queue = queue->next) {
@@ -181,7 +184,7 @@ class Queues
         }
         forget_applied();
     }
-    /// What was queued, taken or not, is forgotten.
+    /// Discards everything queued, taken or not.
     void discard() noexcept
     {
         const std::lock_guard registration(mutex_);
@@ -192,13 +195,13 @@ class Queues
         }
         forget();
     }
-    /// What was applied is taken back, and to be applied anew.
+    /// Marks what was applied as undone, to be applied again.
     void forget_applied() noexcept
     {
         for (Queue* queue = first(); queue != nullptr; queue = queue->next)
             queue->applied_additions = queue->applied_commands = 0;
     }
-    /// Whether anything was taken that is still to be applied.
+    /// Whether anything taken is still to be applied.
     [[nodiscard]] bool any_to_apply() const noexcept
     {
         for (const Queue* queue = first(); queue != nullptr; queue = queue->next)
@@ -216,7 +219,7 @@ class Queues
     {
         for (Queue* queue = first(); queue != nullptr; queue = queue->next)
             if (queue->owner.load(std::memory_order_relaxed) == me) return *queue;
-        // New queues wait for an update that is taking: it must not miss what was queued before it looked.
+        // New queues wait while an update takes commands: it must not miss what was queued before.
         const std::lock_guard registration(mutex_);
         for (Queue* queue = first(); queue != nullptr; queue = queue->next)
             if (queue->owner.load(std::memory_order_relaxed) == Id()) {
@@ -248,10 +251,10 @@ class Queues
     }
 
     std::pmr::memory_resource* memory_;
-    typename Threads::Mutex mutex_; // held while queues are given out, and while everything is taken
-    // Queues are put in front and stay. Release and acquire: who finds a queue finds it complete, `next`
-    // included. Who reads an older one misses only queues that others made since; `take` and who makes one
-    // hold mutex_.
+    typename Threads::Mutex mutex_; // held while queues are assigned, and while everything is taken
+    // Queues are inserted at the front and never removed. Release and acquire: a thread that finds a queue
+    // finds it complete, `next` included. A thread that reads an older front misses only queues that others
+    // made since; `take` and the making of queues hold mutex_.
     typename Threads::template Atomic<Queue*> first_{nullptr};
 };
 

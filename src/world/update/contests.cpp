@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Who wins where several threads, or commands with a sequence, set the same property of an object. First each
-// queue says by itself what it makes of the object, then the queues are compared property by property. So a
-// queue's result doesn't depend on what the others did, nor the winner on which queue came first.
+// Decides which command wins if several threads, or commands with a sequence, set the same property of an
+// object. First the result of each queue alone is computed, then the queues are compared property by
+// property. So a queue's result doesn't depend on the others, nor the winner on the order of the queues.
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -13,7 +13,7 @@ JOSTLE_NAMESPACE_BEGIN
 namespace world {
 namespace {
 
-/// A property as it was set, perhaps.
+/// A property that may have been set.
 template <class Value>
 struct Setting
 {
@@ -21,7 +21,8 @@ struct Setting
     std::uint32_t sequence = 0;
     Value value = {};
 
-    /// Within a queue: whether a command of this sequence sets it. Of equal ones the later does.
+    /// Within a queue: whether a command with this sequence sets it. Of equal sequences the later command
+    /// wins.
     bool takes(std::uint32_t of_command) noexcept
     {
         if (is_given && of_command < sequence) return false;
@@ -29,7 +30,7 @@ struct Setting
         sequence = of_command;
         return true;
     }
-    /// Between queues: the greater sequence, and of equal ones the greater value, whatever that means.
+    /// Between queues: the greater sequence wins, and of equal ones the greater value, in any fixed order.
     template <class Greater>
     void compete(const Setting& other, const Greater& is_greater) noexcept
     {
@@ -39,7 +40,7 @@ struct Setting
     }
 };
 
-/// What is made of one object.
+/// The resulting properties of one object.
 template <int Dim, class T>
 struct Settings
 {
@@ -55,7 +56,7 @@ struct Settings
 
     void compete(const Settings& other) noexcept
     {
-        // Any choice does that doesn't depend on who came first.
+        // Any choice will do that doesn't depend on which came first.
         position.compete(other.position, [](const Position& x, const Position& y) {
             return std::memcmp(&x, &y, sizeof x) > 0;
         });
@@ -69,13 +70,13 @@ struct Settings
     }
 };
 
-/// A contested object: what the queue makes of it that is being looked at, and what wins so far.
+/// A contested object: the result of the current queue, and what wins so far.
 template <int Dim, class T>
 struct Contest
 {
     Index index;
     bool is_removed;                     // which beats everything
-    std::uint32_t queue = 0, queues = 0; // the one that is being looked at, and how many had commands
+    std::uint32_t queue = 0, queues = 0; // the current one, and how many had commands
     Settings<Dim, T> of_queue = {}, best = {};
 };
 
@@ -112,7 +113,7 @@ class Contests
 
     void settle(const Queues<Dim, T>& queues, const Moves<Dim, T>& moves, std::uint32_t own_queue)
     {
-        // The own queue last, as the moves go on from what it says.
+        // The caller's queue last, since the moves continue from its result.
         const Queue<Dim, T>* own = nullptr;
         for (const Queue<Dim, T>* queue = queues.first(); queue != nullptr; queue = queue->next) {
             if (queue->number == own_queue)
@@ -139,7 +140,7 @@ class Contests
     {
         return state_.ids.is_good(id) && state_.objects[Index{id.index}].has(flag::contested);
     }
-    /// The object as it was, or as it was added.
+    /// The object's old state, or its state when added.
     void restart(Index index)
     {
         const auto addition =
@@ -167,15 +168,15 @@ class Contests
         }
         Settings<Dim, T>& settings = contest.of_queue;
         switch (command.kind) {
-        case CommandKind::remove: // settle() has seen it
-        case CommandKind::report: // nobody can be against it
+        case CommandKind::remove: // settle() has handled it
+        case CommandKind::report: // no other command can contradict it
         case CommandKind::report_pair:
             break;
         case CommandKind::move:
         case CommandKind::sweep:
         case CommandKind::resize:
             if (!settings.position.takes(command.sequence)) break;
-            writer_.apply(command); // what it does depends on the box so far
+            writer_.apply(command); // its effect depends on the box so far
             settings.position.value = position_of(Index{command.id.index});
             break;
         case CommandKind::filter:

@@ -27,8 +27,8 @@ void set(Entries<Dim, T>& entries, Entry entry, const State<Dim, T>& state, Inde
     entries.filter[entry] = state.classes[index];
 }
 
-/// Whether few enough change for moving them within the index. Those that are parked count as well: whoever
-/// has waited longest comes to rest first, and where objects move in turns, moves next.
+/// Whether so few objects change that moving them within the index pays. Parked objects count as well: the
+/// one that has waited longest comes to rest first, and if objects move in turns, moves next.
 template <int Dim, class T>
 bool any_may_shift(const State<Dim, T>& state, std::span<const Index> changed) noexcept
 {
@@ -38,7 +38,7 @@ bool any_may_shift(const State<Dim, T>& state, std::span<const Index> changed) n
     return count * resting_per_changed <= state.resting.size() + state.parked.size();
 }
 
-/// As if each changed object only moved. Says whether it did.
+/// Assumes that each changed object only moved. Returns whether that is so.
 template <int Dim, class T>
 bool enter_all(Entries<Dim, T>& entries, const State<Dim, T>& state, std::span<const Index> changed)
 {
@@ -61,7 +61,7 @@ bool enter_all(Entries<Dim, T>& entries, const State<Dim, T>& state, std::span<c
     return only_moves;
 }
 
-/// Changed objects of all kinds: those that are there, and lists of those that wake up and that stir.
+/// Enters changed objects of all kinds: the existing ones, and lists of those that wake up and that stir.
 template <int Dim, class T>
 std::uint32_t enter_each(Entries<Dim, T>& entries, State<Dim, T>& state, std::span<const Index> changed)
 {

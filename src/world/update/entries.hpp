@@ -12,11 +12,11 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-// Moving objects within the index is worth it where so few of them change: one in this many.
+// Moving objects within the index pays if at most one in this many changes.
 constexpr std::size_t resting_per_changed = 16;
 
-/// What an update searches for: changed objects that are there, then idle ones, which are active but haven't
-/// changed this time. Boxes lie side by side, so that searching doesn't visit objects.
+/// What an update searches: changed objects, then idle ones, which are active but haven't changed this time.
+/// Boxes are contiguous, so searching doesn't visit objects.
 template <int Dim, class T>
 struct Entries
 {
@@ -38,8 +38,8 @@ struct Entries
     Table<Entry, FilterClass>& filter;
     std::size_t changed = 0; // how many of them are changed objects
 
-    // Changed objects that rested, as ids of the index of resting objects: those that leave it, also removed
-    // ones, and those that move within it.
+    // Changed objects that rested, as ids of the index of resting objects: those that leave it (also removed
+    // ones), and those that move within it.
     std::pmr::vector<std::uint32_t>& rested;
     std::pmr::vector<std::uint32_t>&waking, &shifting;
     // Changed objects whose old pairs are in no list: those in `rested`, and those that were parked.
@@ -48,12 +48,12 @@ struct Entries
     // All changed objects were active before, are active now, and have the same filter as before.
     bool only_moves = true;
     bool all_of_active = false; // the changed objects are all objects that were active, and no others
-    // Some active objects haven't changed. They are entered only where some object has.
+    // Some active objects haven't changed. They are entered only if some object has.
     bool any_idle = false;
-    bool any_shifts = false; // so few that rest have changed that these may go on resting
+    bool any_shifts = false; // so few resting objects have changed that these may keep resting
 };
 
-/// Whether a resting object that has changed goes on resting, and moves within the index.
+/// Whether a resting object that has changed keeps resting, and moves within the index.
 template <int Dim, class T>
 [[nodiscard]] bool shifts(const State<Dim, T>& state, const Entries<Dim, T>& entries, Index index) noexcept
 {
@@ -62,8 +62,8 @@ template <int Dim, class T>
            !object.has(flag::shifted | flag::refiltered);
 }
 
-/// While it lives, a byte says of each object whether it is a changed one that rested. It is still in the
-/// index as it was, and found there, but found as a changed one already.
+/// While it lives, a byte for each object tells whether it is a changed one that rested. Such an object is
+/// still in the index with its old box and is found there, but is already found as a changed one.
 class Marked
 {
   public:
@@ -93,7 +93,7 @@ class Marked
     Table<Index, std::uint8_t>& is_marked_;
 };
 
-/// The stage `enter` of an update: puts what is searched for side by side.
+/// The stage `enter` of an update: collects the boxes to be searched.
 template <int Dim, class T>
 [[nodiscard]] Entries<Dim, T> enter(State<Dim, T>& state, std::span<const Index> changed, Arena& arena);
 

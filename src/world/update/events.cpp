@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// What became of the pairs since the last update. Two lists are merged: the pairs that touch now, found anew,
-// and those that touched before, kept from the last update or, for objects that wake up, found again. A pair
-// in both lists persists, one in the first only began, and one in the second only ended, or is of two objects
-// that didn't change.
+// Decides what became of the pairs since the last update, by merging two lists: the pairs that touch now,
+// found in this update, and those that touched before, kept from the last update or, for objects that wake
+// up, found again. A pair in both lists persists, one only in the first began, and one only in the second
+// ended, or is of two objects that didn't change.
 #include "world/update/events.hpp"
 
 #include <algorithm>
@@ -25,7 +25,7 @@ struct Ended
     EndReason reason;
 };
 
-// Every reason for which a pair ends comes from one of these three.
+// Every reason for the end of a pair comes from one of these three.
 
 /// Why a pair that is no longer found ends.
 template <int Dim, class T>
@@ -34,23 +34,24 @@ template <int Dim, class T>
     const auto a = state.objects[Index{pair.a}], b = state.objects[Index{pair.b}];
     if (!a.has(flag::alive) || !b.has(flag::alive)) return EndReason::removed;
     if (!a.has(flag::enabled) || !b.has(flag::enabled)) return EndReason::disabled;
-    // With filters as they were, they would be found if they touched.
+    // With unchanged filters, they would be found if they touched.
     if (!a.has(flag::refiltered) && !b.has(flag::refiltered)) return EndReason::moved_apart;
     return overlaps_branchless(a.now(), b.now()) ? EndReason::filtered : EndReason::moved_apart;
 }
-/// What reason_of() says of every pair in an update in which objects only moved, where nobody looks at them.
+/// The result of reason_of() for every pair in an update in which objects only moved, so that no object need
+/// be read.
 constexpr EndReason reason_if_only_moves = EndReason::moved_apart;
-/// Why a pair ends that is still found, but that `accept` is against now.
+/// Why a pair ends that is still found, but that `accept` now refuses.
 constexpr EndReason reason_of_accept = EndReason::filtered;
 
-/// What is known of all pairs, so that not every one has to be looked at.
+/// What is known about all pairs, so that not every one has to be examined.
 struct Knowledge
 {
-    bool any_idle;    // neither object of a pair may have changed
-    bool any_refused; // a pair may be one that `accept` is against
-    bool asks_again;  // `accept` may have to be asked about a pair that persists
-    bool any_again;   // a pair that persists may have to be reported as if it were new
-    bool only_moves;  // what ended, ended because something moved
+    bool any_idle;    // there may be pairs of two unchanged objects
+    bool any_refused; // there may be pairs that `accept` refused
+    bool asks_again;  // `accept` may have to be called for a pair that persists
+    bool any_again;   // a pair that persists may have to be reported as new
+    bool only_moves;  // every pair that ended did so because an object moved
     bool all_changed; // an object of each old pair has changed: one was active, and none is idle
     bool any_woken;   // there are old pairs of objects that wake up
 
@@ -59,7 +60,7 @@ struct Knowledge
     {
         return !any_idle && !any_refused && !asks_again && !any_again;
     }
-    /// Nothing matters of a pair but which of the lists it is in.
+    /// Only the lists that a pair is in matter.
     [[nodiscard]] bool lists_say_all() const noexcept
     {
         return both_means_persists() && all_changed && only_moves && !any_woken;
@@ -100,14 +101,14 @@ class Merge
     InRuns<Ended>& ended() noexcept { return ended_; }
 
   private:
-    /// Where a run stands: its pairs that touch now, the old ones in three lists, and what comes out.
+    /// The state of a run: its pairs that touch now, the old ones in three lists, and the output.
     struct Run
     {
         Run(Merge& merge, std::uint32_t number);
 
         const Pair* next; // to be compared
         const Pair* end;
-        Pair* kept; // behind those that persist
+        Pair* kept; // after those that persist
         PairCursor persisted, others, woken;
         typename InRuns<Key>::Run began_out, asked_out;
         typename InRuns<Ended>::Run ended_out;
@@ -143,8 +144,7 @@ class Merge
     InRuns<Ended>& ended_;
     InRuns<Pair>& others_;
     std::pmr::vector<std::uint32_t>& kept_of_run_;
-    std::pmr::vector<Key>&
-        first_of_run_; // looked up before any run moves its pairs; `no_key` behind the last
+    std::pmr::vector<Key>& first_of_run_; // looked up before any run moves its pairs; `no_key` after the last
 };
 
 template <int Dim, class T>
@@ -191,17 +191,17 @@ void Merge<Dim, T>::run(Lists& next)
     others_.copy_to(next.others);
 }
 
-/// Where nothing has to be known of a pair but which lists it is in: a loop without branches, as those
-/// between what begins, persists and ends can't be predicted. Stops before the end of the old pairs.
+/// For the case that only the lists a pair is in matter: a loop without branches, since those between begin,
+/// persist and end can't be predicted. Stops before the end of the old pairs.
 template <int Dim, class T>
 void Merge<Dim, T>::merge_by_lists(Run& run) const
 {
-    constexpr std::uint64_t most_steps = 128; // before looking whether a list has come to its end
+    constexpr std::uint64_t most_steps = 128; // between tests for the end of a list
     constexpr std::ptrdiff_t stretch = 16;
     const Pair* next = run.next;
     Pair* kept = run.kept;
     while (next != run.end) {
-        // Where little happens, whole stretches are as they were.
+        // If little happens, long stretches are unchanged.
         while (run.end - next >= stretch && run.persisted.key != no_key && run.persisted.left() >= stretch &&
                key_of(next[stretch - 1]) < run.others.key &&
                std::memcmp(next, run.persisted.at(), stretch * sizeof(Pair)) == 0) {
@@ -246,7 +246,7 @@ void Merge<Dim, T>::merge_by_lists(Run& run) const
     run.kept = kept;
 }
 
-/// Pair by pair, up to the first of the next run.
+/// Merges pair by pair, up to the first pair of the next run.
 template <int Dim, class T>
 void Merge<Dim, T>::merge_each(Run& run, Key limit) const
 {
@@ -256,7 +256,7 @@ void Merge<Dim, T>::merge_each(Run& run, Key limit) const
     Pair* kept = run.kept;
     for (;;) {
         const Key other_key = std::min(others.key, woken.key);
-        if (both_means_persists) // most pairs are as they were
+        if (both_means_persists) // most pairs are unchanged
             for (; next != run.end && key_of(*next) == persisted.key && persisted.key < other_key;
                  persisted.next())
                 *kept++ = *next++;
@@ -284,7 +284,7 @@ void Merge<Dim, T>::merge_each(Run& run, Key limit) const
     run.kept = kept;
 }
 
-/// Of a pair in both lists; puts it where it belongs if it doesn't.
+/// Whether a pair in both lists persists; otherwise puts it where it belongs.
 template <int Dim, class T>
 bool Merge<Dim, T>::persists(Run& run, const Pair& pair) const
 {
@@ -308,8 +308,7 @@ void Merge<Dim, T>::touched_only(Run& run, const Pair& pair) const
         run.ended_out.push({key_of(pair), reason_of_ended(pair)});
         return;
     }
-    // Two objects that haven't changed. They still touch; if both rest by now or are parked, the pair is in
-    // no list.
+    // Two unchanged objects. They still touch; if both now rest or are parked, the pair is in no list.
     const auto is_listed = [&](std::uint32_t index) {
         return state_.objects[Index{index}].place() == Place::active;
     };
@@ -323,7 +322,7 @@ ObjectPair ids_of(const State<Dim, T>& state, Key key) noexcept
     return {state.id_of(Index{pair.a}), state.id_of(Index{pair.b})};
 }
 
-/// Sets what follows from each of many keys, in parallel.
+/// Computes a value for each of many keys, in parallel.
 template <int Dim, class T, class KeyAt, class Set>
 void for_each_pair(const State<Dim, T>& state, std::size_t count, const KeyAt& key_at, const Set& set)
 {
@@ -337,8 +336,8 @@ void for_each_pair(const State<Dim, T>& state, std::size_t count, const KeyAt& k
     process_items(count, set_some, {state.executor_for(count), run_length});
 }
 
-/// Asks `accept` about pairs that would begin, and again about some that persist, in ascending order of both
-/// together. Returns those of the latter that it is against now.
+/// Calls `accept` for pairs that would begin, and again for some that persist, in ascending order of both
+/// together. Returns those of the latter that it now refuses.
 template <int Dim, class T>
 std::span<const Key> ask(const State<Dim, T>& state, const Changes<Dim, T>& changes,
                          std::span<const Key> begin, std::span<const Key> again, Refusals& refusals,
@@ -364,14 +363,14 @@ std::span<const Key> ask(const State<Dim, T>& state, const Changes<Dim, T>& chan
     return retracted;
 }
 
-/// Pairs that seemed to persist end because `accept` is against them now.
+/// Ends pairs that seemed to persist, because `accept` now refuses them.
 template <int Dim, class T>
 void retract(const Changes<Dim, T>& changes, std::span<const Key> retracted, std::pmr::vector<Ended>& ended,
              Lists& next, Arena& arena)
 {
     for (const Key key : retracted) {
         ended.push_back({key, reason_of_accept});
-        if (!changes.is_again(pair_of(key))) next.others.push_back(pair_of(key)); // else it is there
+        if (!changes.is_again(pair_of(key))) next.others.push_back(pair_of(key)); // else already there
     }
     sort_by_key(ended, arena.list<Ended>("pairs that end, in another order"),
                 [](const Ended& each) { return each.key; });
@@ -419,7 +418,7 @@ Refusals judge(State<Dim, T>& state, const Changes<Dim, T>& changes, const Entri
     merge.began().copy_to(begin);
     merge.ended().copy_to(ended);
 
-    if (known.any_refused) { // that a refused pair ends is no event
+    if (known.any_refused) { // the end of a refused pair is no event
         const auto was_refused = [&](const Ended& each) {
             if (!refusals.has(each.key)) return false;
             refusals.remove(each.key);
@@ -433,7 +432,7 @@ Refusals judge(State<Dim, T>& state, const Changes<Dim, T>& changes, const Entri
         const std::span<const Key> retracted = ask(state, changes, begin, again, refusals, next.began, arena);
         if (!retracted.empty()) retract(changes, retracted, ended, next, arena);
     } else {
-        if (known.any_again && known.any_refused) // in another life of the world, which had an `accept`
+        if (known.any_again && known.any_refused) // the snapshot's world had an `accept`
             for (const Key key : begin)
                 if (refusals.has(key)) refusals.remove(key);
         next.began.resize(begin.size());

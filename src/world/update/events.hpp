@@ -50,9 +50,9 @@ class Refusals
     std::pmr::vector<Key>& removed_;
 };
 
-/// The stage `judge` of an update: compares the pairs that touch now with those that did. Fills `next`;
-/// `old_pairs` are those of objects that wake up, which `last` doesn't have. Asks `accept`. `touching` lies
-/// in the memory of `next.persisted`, where those that persist stay.
+/// The stage `judge` of an update: compares the pairs that touch now with those that did before, calls
+/// `accept`, and fills `next`. `old_pairs` are those of objects that wake up, which `last` doesn't have.
+/// `touching` is in the memory of `next.persisted`, where the pairs that persist stay.
 template <int Dim, class T>
 [[nodiscard]] Refusals judge(State<Dim, T>& state, const Changes<Dim, T>& changes,
                              const Entries<Dim, T>& entries, std::span<Pair> touching,

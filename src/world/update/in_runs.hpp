@@ -13,8 +13,8 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// What tasks find in numbered runs, in the order of the runs, whichever task was first. The memory that it
-/// takes doesn't depend on the tasks either.
+/// Collects what tasks find in numbered runs, in the order of the runs, whichever task was first. Nor does
+/// its memory depend on the tasks.
 template <class Value>
 class InRuns
 {
@@ -48,7 +48,8 @@ class InRuns
             if (count_ == room) flush();
             values_[count_++] = value;
         }
-        /// Room for `most` values, of which `take` keeps the first. Not more than half of what `room` says.
+        /// Returns room for `most` values, of which `take` keeps the first. At most half of what `room`
+        /// returns.
         [[nodiscard]] Value* make_room(std::size_t most)
         {
             if (count_ + most > room) flush();
@@ -79,7 +80,7 @@ class InRuns
     };
     std::mutex mutex_;
     std::pmr::vector<Value> values_;
-    std::pmr::vector<Part> parts_; // of one run in its order
+    std::pmr::vector<Part> parts_; // in the order of the runs
 };
 
 } // namespace world

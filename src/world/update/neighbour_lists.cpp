@@ -13,10 +13,10 @@ JOSTLE_NAMESPACE_BEGIN
 namespace world {
 namespace {
 
-// With fewer resting objects the index is as quick as a list.
+// With fewer resting objects the index is as fast as a list.
 constexpr std::size_t worth_listing = 64;
 
-/// Around the way that an object takes: as far on as it would come in some updates, and a bit back.
+/// A box around the path of an object: as far ahead as it would move in some updates, and a bit back.
 template <int Dim, class T>
 Aabb<Dim, T> way_of(const Aabb<Dim, T>& before, const Aabb<Dim, T>& now) noexcept
 {
@@ -25,7 +25,7 @@ Aabb<Dim, T> way_of(const Aabb<Dim, T>& before, const Aabb<Dim, T>& now) noexcep
     for (int d = 0; d < Dim; ++d) {
         const T step = now.lo[d] - before.lo[d], size = now.hi[d] - now.lo[d];
         const T length = step < 0 ? -step : step;
-        // Not so far that there would be much more around it than at it.
+        // Not so far that there would be much more around the path than at the object.
         const T ahead = std::min(updates * length, size), back = std::min(length, size);
         way.lo[d] -= step < 0 ? ahead : back;
         way.hi[d] += step < 0 ? back : ahead;
@@ -56,7 +56,7 @@ struct NeighbourLists<Dim, T>::Needs
     Table<Entry, std::uint32_t>& created;
 };
 
-/// Of what has been seen around its object's way, all but what changes.
+/// Of the objects seen around the path, all that don't change.
 template <int Dim, class T>
 void NeighbourLists<Dim, T>::fill(const List& list, std::span<const index::Seen<Dim, T>> around,
                                   const Marked& has_rested) noexcept
@@ -86,14 +86,14 @@ index::Lookup<Dim> NeighbourLists<Dim, T>::lookup_in(const List& list, Entry ent
     return lookup;
 }
 
-/// Lists of an update that failed leave out what was to move or to wake up.
+/// Lists of a failed update lack the objects that were to move or wake up.
 template <int Dim, class T>
 void NeighbourLists<Dim, T>::begin_update() noexcept
 {
     if (std::exchange(is_updating_, true)) invalidate_all();
 }
 
-/// The entry has a list that will do.
+/// Whether the entry has a usable list.
 template <int Dim, class T>
 void NeighbourLists<Dim, T>::look_at(const Entries<Dim, T>& entries, Entry entry, const List& list,
                                      Needs& needs) const noexcept
@@ -151,7 +151,8 @@ auto NeighbourLists<Dim, T>::divide(State<Dim, T>& state, const Entries<Dim, T>&
     needs.lookups.resize(entries.changed);
     find_needs(state, entries, needs);
 
-    // They last for some sixteen updates. All at once would make some updates much longer than others.
+    // Lists last for some sixteen updates. If all were renewed at once, some updates would take much longer
+    // than others.
     const std::size_t most_new = calm_ ? entries.changed / 8 + 16 : 0;
     std::size_t listed = 0;
     for (std::uint32_t e = 0; e < entries.changed; ++e) {
@@ -173,7 +174,7 @@ auto NeighbourLists<Dim, T>::divide(State<Dim, T>& state, const Entries<Dim, T>&
     return {needs.lookups, unlisted, needs.created, newcomers.size()};
 }
 
-/// Lists of what lies around these ways, for these entries.
+/// Makes lists of what is around these paths, for these entries.
 template <int Dim, class T>
 void NeighbourLists<Dim, T>::make_lists(State<Dim, T>& state, const Entries<Dim, T>& entries,
                                         std::span<const Entry> newcomers, std::span<const Box> ways,
@@ -191,12 +192,12 @@ void NeighbourLists<Dim, T>::make_lists(State<Dim, T>& state, const Entries<Dim,
             look_at(entries, newcomers[k], list, needs);
         }
     };
-    constexpr std::size_t per_run = 32; // which take as long as many objects
+    constexpr std::size_t per_run = 32; // each takes as long as many objects
     process_items(newcomers.size(), fill_some,
                   {state.executor_for(newcomers.size() * object_run / per_run), per_run});
 }
 
-/// Room for so many neighbours, in place of the list that the object had.
+/// Makes room for this many neighbours, replacing the object's old list.
 template <int Dim, class T>
 void NeighbourLists<Dim, T>::make(Index object, const Box& bounds, std::size_t neighbours)
 {
@@ -260,7 +261,7 @@ void NeighbourLists<Dim, T>::count_update() noexcept
 {
     is_updating_ = false;
     if (++update_ != ~std::uint32_t{0} - 1) return;
-    invalidate_all(); // numbers begin again
+    invalidate_all(); // the numbers start again
     for (std::uint32_t& at : rested_at_.values())
         at = at == not_resting ? not_resting : 0;
     update_ = 1;

@@ -16,10 +16,10 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// Lists for objects that keep moving: each has the resting objects near the path that the object seems to
-/// take, with the measures of their boxes. While it stays on that path, it can touch only objects in the
-/// list, and going through one or two listings of 16 is many times faster than a search of the index. Only a
-/// cache: the results don't depend on it.
+/// Lists for objects that keep moving: each has the resting objects near the object's predicted path, with
+/// quantised boxes. While the object stays on that path, it can touch only objects in the list, and searching
+/// one or two listings of 16 is many times faster than searching the index. Only a cache: the results don't
+/// depend on it.
 template <int Dim, class T>
 class NeighbourLists
 {
@@ -39,27 +39,27 @@ class NeighbourLists
         rested_at_.grow(objects);
     }
 
-    /// Which entries are searched for in their lists, and which in the index.
+    /// Which entries search their lists, and which the index.
     struct Division
     {
-        // One for each changed entry, of no listings where a list won't do; none if it will do for nobody.
+        // One for each changed entry, without listings if its list isn't usable; empty if no list is.
         std::span<const index::Lookup<Dim>> lookups;
-        std::span<const Entry> unlisted;            // the others: the index is asked about them
+        std::span<const Entry> unlisted;            // the others, which search the index
         const Table<Entry, std::uint32_t>& created; // of changed entries: the update that made the list
         std::size_t listed;                         // how many new lists were made
     };
-    /// Divides the changed entries. Makes lists for some that have none, and keep moving as it seems, without
+    /// Divides the changed entries. Makes lists for some that have none and seem to keep moving, without
     /// changed objects that rested.
     [[nodiscard]] Division divide(State<Dim, T>& state, const Entries<Dim, T>& entries,
                                   const Marked& has_rested, Arena& arena);
-    /// Whether an object has left its place in the index since a list was made that may still hold it.
+    /// Whether an object has left its place in the index since the making of a list that may still have it.
     [[nodiscard]] bool has_left(Index object, std::uint32_t created) const noexcept
     {
         return created < last_waking_ && rested_at_[object] > created;
     }
 
-    /// Lists that objects about to settle or to shift belong into are of no more use. `changed`: how many
-    /// objects did.
+    /// Invalidates lists that should have objects which are about to come to rest or to move at rest.
+    /// `changed`: the number of changed objects.
     void invalidate(std::span<const Box> settling, std::size_t changed, PairFinder& finder, Arena& arena);
     void invalidate_all() noexcept;
 
@@ -80,7 +80,7 @@ class NeighbourLists
   private:
     using Listing = index::Listing<Dim>;
     static constexpr std::uint32_t none = ~std::uint32_t{0}, not_resting = ~std::uint32_t{0};
-    /// Objects with more around them are searched for in the index.
+    /// Objects with more neighbours search the index.
     static constexpr std::uint32_t most_listings = 2;
 
     struct List
@@ -101,12 +101,12 @@ class NeighbourLists
         return number == none ? nullptr : &lists_[number];
     }
     void begin_update() noexcept;
-    /// What each changed entry needs, worked out by several threads.
+    /// What each changed entry needs, decided by several threads.
     enum class Need : std::uint8_t
     {
-        list,   // it has none, or none that will do
-        lookup, // in the list that it has
-        search  // there is too much around it for a list
+        list,   // it has no usable one
+        lookup, // in its list
+        search  // it has too many neighbours for a list
     };
     struct Needs;
     index::Lookup<Dim> lookup_in(const List& list, Entry entry, const Box& box) const noexcept;
@@ -139,7 +139,7 @@ class NeighbourLists
 
     std::uint32_t update_ = 1;
     std::uint32_t last_waking_ = 0;         // the last update in which any woke up
-    bool is_updating_ = false;              // from the search on until it is committed
+    bool is_updating_ = false;              // from the search until the commit
     bool calm_ = true;                      // few objects came to rest in the last update
     Table<Index, std::uint32_t> rested_at_; // the first update that can find it resting
 };

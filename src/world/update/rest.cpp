@@ -9,20 +9,20 @@ JOSTLE_NAMESPACE_BEGIN
 namespace world {
 namespace {
 
-// So many may come to rest in any update besides those that are due ...
+// This many may come to rest in any update in addition to new ones ...
 constexpr std::size_t least_settling = 32;
-// ... and one of so many that are parked: that takes about as long as comparing an object with all of them.
+// ... and one in this many parked ones, which takes about as long as comparing an object with all of them.
 constexpr std::size_t compared_per_settling = 1024;
 
-/// How many may come to rest besides those that are due: about as many as have changed, so that no update
-/// takes much longer than what it is asked to do.
+/// How many may come to rest in addition to new ones: about as many as have changed, so that no update takes
+/// much longer than its changes require.
 std::size_t most_settling(std::size_t changed, std::size_t parked) noexcept
 {
     return std::max({least_settling, changed, parked / compared_per_settling});
 }
 
-/// Whether other objects change in each update, so many of them that they couldn't move within the index.
-/// Whoever came to rest would soon wake up again there, which takes longer than to stay active.
+/// Whether different objects change in each update, too many to move within the index. An object that came to
+/// rest would soon wake up again, which takes longer than staying active.
 template <int Dim, class T>
 bool is_restless(const State<Dim, T>& state, std::size_t waking) noexcept
 {
@@ -35,8 +35,9 @@ bool is_restless(const State<Dim, T>& state, std::size_t waking) noexcept
     return stirring > least_settling && stirring * resting_per_changed > state.resting.size() + waiting;
 }
 
-/// Goes through changed objects and active ones. Who stays active, and who has waited for long enough, both
-/// ascending. What changed stays active, or shifts. Returns how many of those who have waited are new.
+/// Goes through changed and active objects, and lists those that stay active and those that have been idle
+/// for long enough, both ascending. Changed objects stay active, or move at rest. Returns how many of those
+/// idle for long enough are new.
 template <int Dim, class T>
 std::size_t choose(const State<Dim, T>& state, const Entries<Dim, T>& entries, std::span<const Index> changed,
                    std::pmr::vector<typename State<Dim, T>::Active>& stay, std::pmr::vector<Index>& waited)
@@ -94,9 +95,9 @@ Rest<Dim, T> plan_rest(State<Dim, T>& state, const Changes<Dim, T>& changes, con
                          {}};
     auto& waited = arena.list<Index>("objects that have been idle for long enough");
     std::size_t most = most_settling(changed.size(), state.parked.size());
-    // New ones come on top: not many more than had been added in the update before, which took longer.
+    // New objects come in addition: not many more than were added in the update before, which took longer.
     if (!rest.same_active) most += choose(state, entries, changed, rest.active, waited);
-    // Who has waited longest comes to rest first.
+    // The object that has waited longest comes to rest first.
     auto& put = rest.indices;
     state.parked.each([&](Index index) {
         if (!state.objects[index].has(flag::written)) put.push_back(raw(index));

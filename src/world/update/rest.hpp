@@ -19,11 +19,11 @@ namespace world {
 template <int Dim, class T>
 struct Rest
 {
-    bool same_active; // those that were, and each has changed: then `active` is empty
+    bool same_active; // the same as before, and each has changed; then `active` is empty
     std::pmr::vector<typename State<Dim, T>::Active>& active; // ascending
-    std::span<const Index> parking;                           // who waits from now on to come to rest
-    /// Who is put into the index of what rests: those that come to rest, in the order in which they waited,
-    /// and those that shift.
+    std::span<const Index> parking;                           // objects to be parked
+    /// What is put into the index of resting objects: objects that come to rest, in the order in which they
+    /// waited, and those that move at rest.
     std::pmr::vector<std::uint32_t>& indices;
     std::pmr::vector<Aabb<Dim, T>>& boxes;
     std::span<const std::uint32_t> settling, shifting; // of `indices`

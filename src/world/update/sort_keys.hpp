@@ -12,12 +12,13 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// Sorts by key(value), an unsigned number, ascending; equal keys stay as they are ordered if there are many.
+/// Sorts by key(value), an unsigned number, ascending; stable if there are many values.
 template <class Value, class Key>
 void sort_by_key(std::pmr::vector<Value>& values, std::pmr::vector<Value>& scratch, const Key& key)
 {
     using Number = decltype(key(values.front()));
-    constexpr std::size_t few = 64, many = 8192; // fewer are better compared; more are worth longer digits
+    constexpr std::size_t few = 64,
+                          many = 8192; // fewer are better sorted by comparison; more are worth longer digits
     Number differing = 0;
     bool sorted = true;
     for (std::size_t i = 1; i < values.size(); ++i) {
@@ -39,7 +40,7 @@ void sort_by_key(std::pmr::vector<Value>& values, std::pmr::vector<Value>& scrat
     }
 }
 
-/// Pairs that are in order by a, few of each, are put in order by b as well.
+/// Sorts pairs that are sorted by a, with few of each a, by b as well.
 inline void sort_partners(Pair* const begin, const Pair* end)
 {
     constexpr std::ptrdiff_t few = 16;
@@ -57,7 +58,7 @@ inline void sort_partners(Pair* const begin, const Pair* end)
     }
 }
 
-/// Ascending by (a, b). By a first, as by a key half as long.
+/// Sorts by (a, b). By a first, as a key of half the length.
 inline void sort_pairs(std::pmr::vector<Pair>& pairs, std::pmr::vector<Pair>& scratch)
 {
     sort_by_key(pairs, scratch, [](const Pair& pair) { return pair.a; });

@@ -18,7 +18,7 @@ struct Noted
     bool was_alive;
 };
 
-/// Writes what commands say into objects, and has Changes keep what they were.
+/// Writes commands into objects, and makes Changes keep their old state.
 template <int Dim, class T>
 class Writer
 {
@@ -27,27 +27,27 @@ class Writer
 
     Writer(State<Dim, T>& state, Changes<Dim, T>& changes, Arena& arena);
 
-    /// If `noted` isn't null, it gets the objects that are written to from now on, with their old state.
+    /// If `noted` isn't null, it gets the objects that are written to from now on, and whether they existed.
     void begin(std::pmr::vector<Noted>* noted) noexcept;
-    /// Whose commands come now: numbered from 1.
+    /// The queue whose commands come next, numbered from 1.
     void set_queue(std::uint32_t queue);
     void add(const Addition<Dim, T>& addition);
     void apply(const Command<Dim, T>& command);
     void move(ObjectId id, const Box& box);
 
-    /// Objects that several queues have commands about, or whose commands have a sequence.
+    /// Objects with commands in several queues, or whose commands have a sequence.
     [[nodiscard]] bool any_contested() const noexcept { return any_contested_; }
 
     /// Whether a command has removed an object.
     [[nodiscard]] bool any_removed() const noexcept { return any_removed_; }
 
-    /// Notes the object as written to, before that is done.
+    /// Records the object as written to, before it is.
     void touch(Index index);
 
     // One property of an object that can be written:
     void set_box(Index index, const Box& box);
     void set_displacement(Index index, const T* displacement);
-    /// The object's and the world's together.
+    /// The sum of the object's and the world's margin.
     void set_margin(Index index, T margin);
     void set_filter(Index index, const ObjectFilter& filter);
 
@@ -64,14 +64,14 @@ class Writer
     Changes<Dim, T>& changes_;
     bool any_contested_ = false;
     bool any_removed_ = false;
-    static constexpr std::uint32_t nobody = 0; // in place of a queue's number
+    static constexpr std::uint32_t nobody = 0; // instead of a queue's number
     std::uint32_t queue_ = nobody;
     std::pmr::vector<Noted>* noted_ = nullptr;
-    Table<Index, std::uint32_t>& queue_of_; // that wrote to an object of this update; a new one is nobody's
+    Table<Index, std::uint32_t>& queue_of_; // that wrote to an object in this update; `nobody` for new ones
 };
 
-/// Does over what was done to contested objects: for each property the greatest sequence wins, among equal
-/// ones of one queue the last, and of several queues a choice by the values.
+/// Applies the commands for contested objects again: for each property the greatest sequence wins; among
+/// equal ones of one queue the last, and of several queues a choice by the values.
 template <int Dim, class T>
 void settle_contests(State<Dim, T>& state, Changes<Dim, T>& changes, Writer<Dim, T>& writer,
                      const Queues<Dim, T>& queues, const Moves<Dim, T>& moves, std::uint32_t own_queue,
@@ -88,12 +88,12 @@ struct Applied
     std::size_t added = 0, removed = 0; // objects, as far as apply() shows them
 };
 
-/// The stage `apply` of an update: what was taken from the queues, and `moves`, are applied to the objects.
+/// The stage `apply` of an update: applies what was taken from the queues, and `moves`, to the objects.
 template <int Dim, class T>
 void apply(State<Dim, T>& state, Queues<Dim, T>& queues, const Moves<Dim, T>& moves, Applied<Dim, T>& applied,
            Arena& arena);
-/// A part of it, ahead of the update: what was taken, for queries. `noted` becomes the objects that this
-/// call has written to.
+/// A part of it, ahead of the update and for queries: applies what was taken. `noted` becomes the objects
+/// that this call has written to.
 template <int Dim, class T>
 void apply_ahead(State<Dim, T>& state, Queues<Dim, T>& queues, Applied<Dim, T>& applied,
                  std::pmr::vector<Noted>& noted, Arena& arena);
