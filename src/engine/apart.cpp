@@ -8,7 +8,7 @@ JOSTLE_NAMESPACE_BEGIN
 namespace engine {
 namespace {
 
-/// What going through a row takes, in candidates that could be tested meanwhile.
+/// The cost of visiting a row, in candidates that could be tested in the same time.
 constexpr std::uint64_t candidates_per_row = 64;
 
 } // namespace
@@ -68,9 +68,9 @@ std::uint64_t Apart::sweep(const Kernels& kernels, std::uint32_t first, std::uin
         for (std::uint32_t row = 0; row < 2; ++row) {
             found[row + 1] = found[row];
             const std::uint32_t own = i + row;
-            if (own + 1 >= end) continue; // the padding that makes rows even, too
+            if (own + 1 >= end) continue; // also the padding that makes rows even
             const bool in_b = before_[own] != before_[own + 1];
-            // The other set's records behind the row, up to the end of the window.
+            // The other set's records after the row, up to the end of the window.
             const std::uint32_t begin = in_b ? own + 1 - before_[own + 1] : begin_b_ + before_[own + 1];
             const std::uint32_t stop = in_b ? end - before_[end] : begin_b_ + before_[end];
             if (begin == stop) continue;

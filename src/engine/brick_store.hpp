@@ -13,8 +13,8 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace engine {
 
-/// Records on their way into bricks: a list of chunks per brick, filled in the order of appending. No
-/// counting pass and no capacity: chunks are cut one after the other from slabs of memory, which are kept
+/// Stores records by bricks: a list of chunks per brick, filled in the order of appending. It needs no
+/// counting pass and has no capacity: chunks are cut one after another from slabs of memory, which are kept
 /// for the next frame.
 ///
 ///     free_     one pointer per brick, to where its next record goes
@@ -23,7 +23,7 @@ namespace engine {
 class BrickStore
 {
   public:
-    /// Aligned to its size: the address of the next free record tells by itself when a chunk is full.
+    /// Aligned to its size, so that the address of the next free record tells when a chunk is full.
     struct alignas(512) Chunk
     {
         static constexpr std::uint32_t capacity = 32;
@@ -54,8 +54,8 @@ class BrickStore
         free_.data()[brick] = to + 1;
     }
 
-    /// To be called after the last append: finds each brick's chunks, so that a reader knows all their
-    /// addresses at once and needn't wait for one to find the next.
+    /// Must be called after the last append. Lists each brick's chunks, so that a reader knows all their
+    /// addresses at once and needn't load one to find the next.
     void close()
     {
         std::uint32_t* first = first_.reserve(std::size_t{bricks_} + 1);
@@ -72,7 +72,7 @@ class BrickStore
             order[--first[brick_of_[c]]] = slabs_[c / chunks_per_slab].data() + c % chunks_per_slab;
     }
 
-    /// Takes as much memory as `other` has, so that it could hold the same.
+    /// Reserves as much memory as `other` has, so that it could hold the same.
     void match(const BrickStore& other)
     {
         while (slabs_.size() < other.slabs_.size())
@@ -91,7 +91,7 @@ class BrickStore
     {
         return order_.data()[first_.data()[brick] + k];
     }
-    /// Records in a brick. All its chunks but the last are full.
+    /// The records of a brick. All its chunks except the last are full.
     [[nodiscard]] std::uint32_t size(std::uint32_t brick) const noexcept
     {
         const std::uint32_t count = chunks(brick);
@@ -113,7 +113,7 @@ class BrickStore
         if (chunks_ == room_) open_slab();
         brick_of_[chunks_++] = brick;
         Chunk* chunk = next_++;
-        // It is filled little by little between writes to thousands of others: have its lines on their way.
+        // It is filled bit by bit between writes to thousands of others, so prefetch its cache lines.
         for (std::size_t offset = 0; offset < sizeof(Chunk); offset += cache_line)
             prefetch_to_write(reinterpret_cast<char*>(chunk) + offset);
         return chunk->record;
@@ -134,7 +134,7 @@ class BrickStore
     }
 
     std::pmr::vector<Buffer<Chunk>> slabs_;
-    Buffer<Record*> free_;           // per brick; on a multiple of the chunk's size when there is no room
+    Buffer<Record*> free_;           // per brick; at a multiple of the chunk's size if there is no room
     Buffer<std::uint32_t> brick_of_; // of each chunk
     Buffer<std::uint32_t> first_;    // per brick, in `order_`
     Buffer<Chunk*> order_;           // the chunks, brick by brick

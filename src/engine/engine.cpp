@@ -21,36 +21,37 @@ JOSTLE_NAMESPACE_BEGIN
 namespace engine {
 namespace {
 
-// While so many rows are swept, as many records of the next brick are fetched. Even.
+// While this many rows are swept, as many records of the next brick are fetched. Even.
 constexpr std::uint32_t rows_per_fetch = 64;
-// Fewer boxes than this per thread are not worth waking one.
+// For fewer boxes than this per thread, waking a thread doesn't pay.
 constexpr std::size_t boxes_per_thread = 2048;
-// A brick whose rows take more steps than this, on average, may get a grid of its own.
+// A brick whose rows take more steps than this on average may get its own grid.
 constexpr double crowded_steps = 10;
-// ... if the model expects it to cost less than this share of sweeping it as it is.
+// ... if the model expects it to cost less than this share of sweeping the brick directly.
 constexpr double worth_nesting = 0.6;
 // A brick whose rows take more than this, half a step beside the candidates, may be too coarse for its boxes.
 constexpr double coarse_steps = 1;
-constexpr std::uint32_t fit_boxes = 16; // so many show where the boxes of a part are
-// Grids in grids halve the cost at least (see above) and shrink the extent; no real scene came near.
+constexpr std::uint32_t fit_boxes = 16; // this many show where the boxes of a part are
+// Nested grids at least halve the cost (see above) and shrink the extent; no real scene came near this depth.
 constexpr int deepest_nesting = 24;
-// Nested grids and single bricks of this much work are shared out over all threads instead of being one
-// worker's.
+// Nested grids and single bricks of this much work are divided among all threads instead of one worker doing
+// them.
 constexpr std::uint32_t job_records = 1u << 15;
 constexpr double job_steps = 1 << 19;
 constexpr std::uint64_t job_candidates = std::uint64_t{1 << 19} * step_size;
-constexpr std::uint32_t job_rows = 2048; // per block of a brick that is shared out; even
-// Bricks are claimed in blocks, so many a grid that claiming costs nothing and the last block doesn't keep
-// all waiting.
+constexpr std::uint32_t job_rows = 2048; // per block of a brick that is divided; even
+// Bricks are claimed in this many blocks a grid, so that claiming costs nothing and the last block doesn't
+// keep all threads waiting.
 constexpr std::uint32_t blocks_per_grid = 512;
 
-// Of two sets, one is far the smaller if it is this many times smaller. Among fewer boxes it doesn't matter.
+// One of two sets is far smaller if it is this many times smaller. Among fewer boxes than this it doesn't
+// matter.
 constexpr std::uint64_t far_smaller = 32;
 constexpr std::uint64_t many_boxes = 1u << 15;
 
-/// What part of a window's steps costs time: all of it (1), unless one of the sets is far the smaller. Then
-/// bricks are swept set by set (apart.hpp), and only the part that is of the other set than the row is
-/// tested: 2ab / n^2 on average. It is counted twice, because testing it takes more than its share of time.
+/// The share of a window's steps that costs time: all (1), unless one of the sets is far smaller. Then bricks
+/// are swept set by set (apart.hpp), and only the records of the other set are tested: 2ab / n^2 on average.
+/// This is counted twice, because testing them takes more than their share of time.
 template <int Dim, class T>
 double share_of_windows(const Boxes<Dim, T>& boxes)
 {
@@ -68,7 +69,7 @@ double milliseconds(Clock::time_point from, Clock::time_point to)
 
 } // namespace
 
-/// One search: its stages, and what a task does in each.
+/// One search: its stages, and the work of a task in each.
 template <int Dim, class T>
 class Engine::Search
 {
@@ -147,7 +148,7 @@ class Engine::Search
             if (slot(s).bad_box) throw BadBox{};
     }
 
-    /// The contiguous share of a slot, so that the slots' stores one after the other are in the order of the
+    /// The contiguous share of a slot, so that the slots' stores, one after another, are in the order of the
     /// boxes.
     [[nodiscard]] std::pair<std::uint32_t, std::uint32_t> share_of(std::uint32_t s, std::uint32_t units) const
     {
@@ -155,7 +156,7 @@ class Engine::Search
                 static_cast<std::uint32_t>(std::uint64_t{units} * (s + 1) / slots_)};
     }
 
-    /// Sweeps all bricks of a grid whose records lie in the slots' stores.
+    /// Sweeps all bricks of a grid whose records are in the slots' stores.
     void sweep_grid(const Grid<T>& grid, int depth)
     {
         stores_.clear();
@@ -191,8 +192,8 @@ class Engine::Search
             refine(mine, out, bricks, count, depth))
             return;
         if (steps_per_row > crowded_steps) {
-            // Where few meet many, a brick is swept apart rather than divided, unless that is too much for
-            // one.
+            // If few meet many, a brick is swept apart rather than divided, unless that is too much work for
+            // one task.
             Apart apart;
             const auto make_apart = [&] {
                 return apart.make(mine.sorted.data(), mine.window_end.data(), count, kernels_, mine);
@@ -236,8 +237,8 @@ class Engine::Search
         out.resolve_ties();
     }
 
-    /// For a crowded brick that lies sorted in the slot: gives it a grid of its own, or to all threads if it
-    /// is too much for one. Returns false if it is best swept as it is.
+    /// For a crowded brick, sorted in the slot: gives it its own grid, or makes it a job for all threads if
+    /// it is too much for one. Returns false if the brick is best swept directly.
     bool divide(Slot& mine, Out& out, std::uint32_t count, double steps_per_row, int depth)
     {
         if (depth < deepest_nesting) {
@@ -258,8 +259,8 @@ class Engine::Search
         return true;
     }
 
-    /// Gives the records that lie sorted in the slot a grid of their own, and sweeps its bricks. They may
-    /// overwrite the sorted records: those are in the nested grid's store by then.
+    /// Gives the sorted records in the slot their own grid, and sweeps its bricks. These may overwrite the
+    /// sorted records, which are then in the nested grid's store.
     void sweep_nested(Slot& mine, Out& out, const Grid<T>& grid, std::uint32_t count, int depth)
     {
         BrickStore& store = mine.nested_store(depth);
@@ -273,9 +274,9 @@ class Engine::Search
         sweep_bricks(mine, out, {stores, bricks, grid.axis[0]}, 0, bricks, depth + 1);
     }
 
-    /// For a brick that lies sorted in the slot and whose boxes are smaller than its quanta, as in a town of
-    /// a large world: cuts it along the sweep axis, and gives each part a grid of its own, of one brick that
-    /// fits its boxes. Returns false if it fits them already.
+    /// For a brick, sorted in the slot, whose boxes are smaller than its quanta, as in a town of a large
+    /// world: cuts it along the sweep axis, and gives each part its own grid of one brick that fits its
+    /// boxes. Returns false if it fits them already.
     bool refine(Slot& mine, Out& out, const Bricks& bricks, std::uint32_t count, int depth)
     {
         const std::span<const std::uint32_t> ends = cut_brick(mine, count);
@@ -285,7 +286,7 @@ class Engine::Search
         BrickStore& store = mine.nested_store(depth);
         ++mine.counts.nested;
         store.clear(parts);
-        // Boxes that reach from earlier parts into the present one: copies on the axis that is cut.
+        // Boxes that extend from earlier parts into the present one: copies on the axis that is cut.
         Record* const reaching = mine.apart.reserve(count);
         std::uint32_t* const row_of = mine.apart_place.reserve(count);
         std::uint32_t reach = 0, begin = 0;
@@ -314,7 +315,7 @@ class Engine::Search
         return true;
     }
 
-    /// The user's axis on which boxes of one part lie furthest apart, going by a few.
+    /// The user's axis on which boxes of one part are furthest apart, estimated from a few.
     int longest_axis_of(const Record* sorted, std::span<const std::uint32_t> ends) const
     {
         double length[3] = {0, 0, 0};
@@ -356,7 +357,7 @@ class Engine::Search
         return job;
     }
 
-    /// Collects the jobs that the slots have found, in an order that doesn't depend on who found them.
+    /// Collects the jobs that the slots have found, in an order that doesn't depend on which slot found them.
     bool take_jobs()
     {
         jobs_.clear();
@@ -383,7 +384,7 @@ class Engine::Search
         }
     }
 
-    /// Gives a crowd a grid of its own, as a whole search does.
+    /// Gives a crowd its own grid, as in a whole search.
     void sweep_crowd(const Job& job)
     {
         Sample& sample = *slot(0).sample.reserve_exactly(1);
@@ -427,7 +428,8 @@ class Engine::Search
         });
     }
 
-    /// Shares out `count` new blocks of the result: body(slot, output, i) for each i, claimed one by one.
+    /// Distributes `count` new blocks of the result: calls body(slot, output, i) for each i, claimed one by
+    /// one.
     template <class Body>
     void claim_blocks(std::uint32_t count, const Body& body)
     {
@@ -468,7 +470,7 @@ class Engine::Search
             if (slot(s).error) std::rethrow_exception(slot(s).error);
     }
 
-    /// Puts the segments in the order of their blocks, and sees that next time no slot lacks memory.
+    /// Puts the segments in the order of their blocks, and ensures that next time no slot lacks memory.
     void finish()
     {
         engine_.next_block = request_.first_block + blocks_.size();
@@ -519,7 +521,7 @@ std::span<Pair> ResultChunks::next(PairBuffer& result, std::size_t pairs)
 {
     const std::lock_guard lock(mutex_);
     const std::span<Pair> chunk = PairBufferAccess(result).chunk(used_, pairs);
-    ++used_; // only now: after a failure, other threads still ask for theirs
+    ++used_; // only now: after a failure, other threads still request theirs
     return chunk;
 }
 
@@ -583,15 +585,14 @@ void Engine::match(const Engine& other)
     use_slots(static_cast<std::uint32_t>(other.slots_.size()));
     for (std::size_t s = 0; s < other.slots_.size(); ++s) {
         slots_[s]->match(*other.slots_[s]);
-        slots_[s]->store.match(
-            other.slots_[s]->store); // not by luck but by the boxes, which are others' here
+        slots_[s]->store.match(other.slots_[s]->store); // sizes depend on the boxes here, not on chance
     }
     job_pool_->match(*other.job_pool_, options_.memory);
     blocks_.reserve(other.blocks_.capacity());
     jobs_.reserve(other.jobs_.capacity());
 }
 
-/// Without a grid: see few.hpp. Of two sets, the second is gone through part by part.
+/// Without a grid: see few.hpp. The second of two sets is processed part by part.
 template <int Dim, class T>
 bool Engine::search_few(const Boxes<Dim, T>& boxes, const Request& request)
 {
@@ -600,12 +601,12 @@ bool Engine::search_few(const Boxes<Dim, T>& boxes, const Request& request)
     Slot& slot = *slots_[0];
     const std::uint64_t n = boxes.size(),
                         most = boxes.cross ? boxes.a.size() * boxes.b.size() : n * (n - (n != 0)) / 2;
-    // In few steps, so that a scene that breathes doesn't allocate at every new box.
+    // In big steps, so that a scene whose size fluctuates doesn't allocate at every new box.
     const std::size_t room = std::bit_ceil(std::min(static_cast<std::size_t>(most) + 8, chunk_pairs));
     const auto new_chunk = [&] {
         return request.sink ? slot.to_sink.reserve_exactly(room) : chunks_.next(*request.result, room).data();
     };
-    if (request.sink) // it may be told the pairs of the first parts before the others have been looked at
+    if (request.sink) // it may get the pairs of the first parts before the others have been checked
         for (std::size_t k = few_boxes; k < boxes.b.size(); ++k)
             if (!valid(boxes.b[k])) throw BadBox{};
     Pair *first = new_chunk(), *end = first;

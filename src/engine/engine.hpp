@@ -24,7 +24,7 @@ struct Slot;
 /// Takes a segment of pairs, moves the accepted ones to its front and returns their end.
 using PairSelection = FunctionRef<Pair*(Pair* first, Pair* last)>;
 
-/// What a search is to do with what it finds.
+/// What a search does with the pairs it finds.
 struct Request
 {
     PairSelection select;          // null: every pair is wanted
@@ -35,12 +35,12 @@ struct Request
     std::uint32_t offset_b = 0;
 };
 
-/// Thrown when a box is NaN or inverted. The caller, who knows all slices, finds the lowest such box.
+/// Thrown when a box is NaN or inverted. The caller, which knows all slices, finds the lowest such box.
 struct BadBox
 {
 };
 
-/// Pairs in a chunk, the memory that a task writes to at a time.
+/// The number of pairs in a chunk, the memory that a task writes to at a time.
 inline constexpr std::size_t chunk_pairs = std::size_t{1} << 15;
 
 /// Hands out the result's memory to the tasks, chunk by chunk.
@@ -48,12 +48,12 @@ class ResultChunks
 {
   public:
     void begin_call() noexcept { used_ = 0; }
-    /// With room for `pairs` at least, if they are few. From any thread.
+    /// Returns a chunk with room for at least `pairs`, if they are few. Callable from any thread.
     std::span<Pair> next(PairBuffer& result, std::size_t pairs = chunk_pairs);
-    /// After a search by so many tasks. The same pairs may fill one chunk more or less per task by chance, so
-    /// spare chunks are kept, twice as many when they run short: steady frames don't allocate.
+    /// Called after a search by this many tasks. The same pairs may fill one chunk more or less per task by
+    /// chance, so spare chunks are kept, twice as many when they run short, and steady frames don't allocate.
     void keep_spare(PairBuffer& result, std::uint32_t tasks);
-    /// Makes so many chunks, if there aren't as many yet.
+    /// Makes this many chunks, if there aren't as many yet.
     static void reserve(PairBuffer& result, std::uint64_t chunks);
 
   private:
@@ -61,8 +61,8 @@ class ResultChunks
     std::uint32_t used_ = 0;
 };
 
-/// A grid of bricks over the boxes of one call, swept brick by brick. Keeps its working memory from call to
-/// call, and nothing else. docs/inside/engine.md tells how it works.
+/// A grid of bricks over the boxes of one call, swept brick by brick. Keeps only its working memory from call
+/// to call. docs/inside/engine.md describes how it works.
 class Engine
 {
   public:
@@ -73,15 +73,15 @@ class Engine
     template <int Dim, class T>
     bool search(const Boxes<Dim, T>& boxes, const Request& request);
 
-    /// A call may take several searches: `stats` are summed up, blocks counted and chunks of the result used
-    /// since this.
+    /// Begins a call, which may take several searches: `stats` are summed up, blocks counted and chunks of
+    /// the result used from here on.
     void begin_call() noexcept;
     Stats stats;
     std::uint64_t next_block = 0; // the number after the last block of the last search
 
     [[nodiscard]] Executor& executor() const noexcept { return *executor_; }
     [[nodiscard]] InstructionSet instruction_set() const noexcept { return options_.instruction_set; }
-    /// Has as much memory as `other`: next time the work may be shared out the other way round.
+    /// Reserves as much memory as `other` has: next time the work may be divided the other way round.
     void match(const Engine& other);
     [[nodiscard]] std::uint64_t bytes() const noexcept;
     void release();
@@ -106,7 +106,7 @@ class Engine
     std::vector<std::unique_ptr<Slot>> slots_;
     std::unique_ptr<JobPool> job_pool_;
     std::pmr::vector<Block> blocks_;
-    std::pmr::vector<Job*> jobs_;                // of the round under way
+    std::pmr::vector<Job*> jobs_;                // of the current round
     std::pmr::vector<const BrickStore*> stores_; // the slots'
     ResultChunks chunks_;
 };

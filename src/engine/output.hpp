@@ -17,7 +17,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace engine {
 
-/// What the tasks of a search share.
+/// Shared by the tasks of a search.
 template <int Dim, class T>
 struct Shared
 {
@@ -29,7 +29,7 @@ struct Shared
     [[nodiscard]] bool is_stopped() const noexcept { return stopped.load(std::memory_order_relaxed); }
 };
 
-/// Where a task's pairs go while it works on one block: to memory of the result, in segments, or to the sink.
+/// The output of a task for one block: to memory of the result, in segments, or to the sink.
 template <int Dim, class T>
 class Output : public PairOutput
 {
@@ -51,7 +51,7 @@ class Output : public PairOutput
 
     [[nodiscard]] std::uint64_t block() const noexcept { return block_; }
 
-    /// Decides ties by the user's own numbers. Called when a brick is done or ties overflow, never because a
+    /// Decides ties by the user's coordinates. Called when a brick is done or ties overflow, never because a
     /// chunk is full: where chunks end depends on the slot's earlier work, and the order of pairs must not.
     void resolve_ties()
     {

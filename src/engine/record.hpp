@@ -9,7 +9,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace engine {
 
-// A box as a brick stores it, bit by bit. Bounds are quantised: whole numbers of quanta from the brick's
+// A box as stored in a brick, bit by bit. Bounds are quantised: whole numbers of quanta from the brick's
 // start.
 //
 //                31             16 15              0
@@ -24,10 +24,10 @@ namespace engine {
 //
 // - lo is 0 to 2^14 - 1. In a copy, a record of a box that began in a lower brick, the high half is 0: the
 //   copy begins before everything in this brick.
-// - hi is 0 to 2^14; 2^14 says that the box continues behind the brick.
-// - hi_a + 1 - (lo_b + 1) is negative if a ends before b begins, zero if both lie in one quantum, so that
-//   only the user's numbers can decide (a *tie*), and positive if a certainly reaches b. One addition of two
-//   words computes two such differences, one in each half.
+// - hi is 0 to 2^14; 2^14 means that the box continues after the brick.
+// - hi_a + 1 - (lo_b + 1) is negative if a ends before b begins, zero if both are in one quantum, so that
+//   only the user's coordinates can decide (a *tie*), and positive if a certainly reaches b. One addition of
+//   two words computes two such differences, one in each half.
 // - Two records make a pair in a brick only if they share no flag. Among all bricks that two boxes share,
 //   exactly one has no axis on which both are copies: the one where, on each axis, the later of the two
 //   begins. It owns the pair. In a search between two sets, flags a and b exclude the pairs within a set; in
@@ -63,19 +63,19 @@ constexpr std::uint32_t pack_axis(std::int32_t lo_negated, std::int32_t hi) noex
 /// Never overlaps a record, nor another padding record: hi below every lo, lo above every hi, all flags.
 inline constexpr Record padding_record = {{0x8000ffffu, 0x8000ffffu, 0x8000ffffu}, ~std::uint32_t{0}};
 
-/// Where bricks lie: `cells[p]` bricks along axis `axis[p]` of the user's; p = 0 is the sweep axis.
-/// Everything before the first brick counts to the first, everything behind the last to the last, so that the
-/// map from coordinates to quanta is monotone over all numbers and the world has no bounds.
+/// The bricks of a grid: `cells[p]` bricks along the user's axis `axis[p]`; p = 0 is the sweep axis.
+/// Everything before the first brick belongs to the first, and everything after the last to the last, so that
+/// the map from coordinates to quanta is monotonic over all numbers and the world has no bounds.
 template <class T>
 struct Grid
 {
     int axis[3] = {0, 1, 2};
     T origin[3] = {0, 0, 0};
     T scale[3] = {1, 1, 1}; // quanta per unit
-    T last[3] = {0, 0, 0};  // the greatest value that lies below cells * 2^14
+    T last[3] = {0, 0, 0};  // the greatest value below cells * 2^14
     std::int32_t cells[3] = {1, 1, 1};
-    /// Every box seen begins and ends at `origin` on this axis, as where a third axis isn't used. Quanta then
-    /// only tell before, at and behind: else all pairs would be ties.
+    /// Every box seen begins and ends at `origin` on this axis, as if a third axis isn't used. Quanta then
+    /// only tell before, at and after; otherwise all pairs would be ties.
     bool flat[3] = {false, false, false};
     /// A brick's number is x + cells_x (y + cells_y z).
     [[nodiscard]] std::uint32_t bricks() const noexcept
@@ -92,7 +92,7 @@ struct Boxes
     BoxView<Dim, T> a;
     BoxView<Dim, T> b;
     bool cross = false;
-    /// Objects of one set from this number on meet those before it only: all of them carry side a.
+    /// Objects of one set from this number on meet only those before it: all of them have side a.
     std::size_t loners = ~std::size_t{0};
 
     [[nodiscard]] std::size_t size() const noexcept { return a.size() + b.size(); }

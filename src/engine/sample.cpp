@@ -10,7 +10,7 @@ JOSTLE_NAMESPACE_BEGIN
 namespace engine {
 namespace {
 
-/// How many boxes to look at: enough to know the densities, few enough to cost little beside a frame.
+/// The number of boxes to sample: enough to know the densities, few enough to cost little of a frame.
 constexpr std::size_t sample_size(std::size_t boxes)
 {
     const std::size_t wanted = boxes / 64 + 64;
@@ -18,9 +18,8 @@ constexpr std::size_t sample_size(std::size_t boxes)
                           : (boxes < 128 ? boxes : 128);
 }
 
-/// Which boxes to take as samples: one of each `samples`-th of all of them, picked by a hash, so that no
-/// regular pattern in the user's array, such as every tenth box being a big one, stays hidden or counts too
-/// often.
+/// Which boxes to sample: one from each of `samples` equal parts, picked by a hash, so that no regular
+/// pattern in the user's array, such as every tenth box being big, is missed or counted too often.
 void choose_sample(std::uint32_t* chosen, std::size_t samples, std::size_t boxes)
 {
     if (samples == 0) return;
@@ -51,7 +50,7 @@ void sample_boxes(const Boxes<Dim, T>& boxes, Sample& sample)
     };
     std::uint32_t chosen[Sample::capacity];
     choose_sample(chosen, wanted, boxes.size());
-    constexpr std::size_t ahead = 16; // boxes on their way from memory
+    constexpr std::size_t ahead = 16; // boxes being fetched from memory
     sample.size = 0;
     for (std::size_t k = 0; k < wanted; ++k) {
         if (k + ahead < wanted) {

@@ -46,7 +46,7 @@ void Scatter<Dim, T>::add_records(const Record* records, std::uint32_t count)
 template <int Dim, class T>
 void Scatter<Dim, T>::append_unit()
 {
-    Unit<T>& unit = unit_; // known to stay the same, as members aren't while records are written
+    Unit<T>& unit = unit_; // a local, since the compiler reloads members while records are written
     BrickStore& store = store_;
     const std::uint32_t first = first_brick_;
     kernels_.quantise<Dim, T>()(grid_, unit);
@@ -60,7 +60,7 @@ void Scatter<Dim, T>::append_unit()
 }
 
 /// The copies of a box that crosses a border on the sweep axis or spans more than two bricks on another: one
-/// in each brick that it reaches but the first.
+/// in each of its bricks except the first.
 template <int Dim, class T>
 void Scatter<Dim, T>::append_wide(std::uint32_t i)
 {

@@ -23,7 +23,7 @@ class Scatter
     {
     }
 
-    /// Units of one set: those of the first are numbered first.
+    /// The units of one set: those of the first are numbered first.
     static std::uint32_t units_of(std::size_t boxes)
     {
         return static_cast<std::uint32_t>((boxes + unit_size - 1) / unit_size);
@@ -32,9 +32,10 @@ class Scatter
     {
         return units_of(boxes.a.size()) + units_of(boxes.b.size());
     }
-    /// One unit of the call's boxes. Returns false if one of them is NaN or inverted: then it adds none.
+    /// Stores one unit of the call's boxes. Returns false, and stores none, if one of them is NaN or
+    /// inverted.
     bool add_unit(std::uint32_t number);
-    /// The boxes of records, which keep the copy flags that they have: a grid in a grid.
+    /// Stores the boxes of records, which keep their copy flags: a nested grid.
     void add_records(const Record* records, std::uint32_t count);
 
   private:

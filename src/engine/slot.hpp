@@ -20,8 +20,8 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace engine {
 
-/// Work that is too much for one task: a crowd that gets a grid of its own, or a single brick that is swept
-/// in parts. All threads do it together, after all bricks.
+/// Work that is too much for one task: a crowd that gets its own grid, or a single brick that is swept in
+/// parts. All threads do it together, after all bricks.
 struct Job
 {
     enum class Kind
@@ -37,21 +37,21 @@ struct Job
     /// Where it was found, and its number there. This orders jobs, whichever task found them.
     std::uint64_t block = 0;
     std::uint32_t number = 0;
-    int depth = 0; // of the grid that its records lie in, or of the one that a crowd gets
+    int depth = 0; // of the grid that has its records, or of the one that a crowd gets
     std::uint32_t count = 0;
     Buffer<Record> records;           // sorted along the sweep axis, and padded
     Buffer<std::uint32_t> window_end; // of a brick
 };
 
-/// Keeps jobs for their memory.
+/// A pool of jobs, kept for their memory.
 class JobPool
 {
   public:
-    /// The smallest one that has room for `records`, else the largest one, so that a steady frame needs no
-    /// new memory whoever finds which job first. From any thread.
+    /// Returns the smallest job with room for `records`, or the largest if none has, so that a steady frame
+    /// needs no new memory whichever thread finds which job first. Callable from any thread.
     Job& take(std::uint32_t records, std::pmr::memory_resource* memory);
     void take_all_back() noexcept;
-    /// Has as many jobs as `other`, each with as much memory. No search may be under way.
+    /// Makes as many jobs as `other` has, each with as much memory. No search may be running.
     void match(const JobPool& other, std::pmr::memory_resource* memory);
     [[nodiscard]] std::uint64_t bytes() const noexcept;
     void release() noexcept { jobs_.clear(); }
@@ -68,7 +68,7 @@ struct ApartHit
     bool tie;
 };
 
-/// What a task counts.
+/// The statistics of a task.
 struct Counts
 {
     std::uint64_t records = 0, steps = 0, ties = 0, bricks = 0, nested = 0;
@@ -81,14 +81,14 @@ struct alignas(128) Slot
 
     std::pmr::memory_resource* memory;
 
-    // Boxes on their way into bricks.
+    // For boxes between the user's memory and bricks.
     BrickStore store{memory};
-    std::pmr::vector<std::unique_ptr<BrickStore>> nested{memory}; // of grids in grids, by depth
+    std::pmr::vector<std::unique_ptr<BrickStore>> nested{memory}; // of nested grids, by depth
     Buffer<Unit<float>> unit_float{memory};
     Buffer<Unit<double>> unit_double{memory};
     Buffer<Sample> sample{memory};
 
-    // The brick that is swept.
+    // The brick being swept.
     Buffer<std::uint32_t> bucket{memory};
     std::uint32_t buckets = 0;
     Buffer<Record> sorted{memory};
@@ -102,9 +102,9 @@ struct alignas(128) Slot
     Buffer<Outcome> outcomes{memory};
     Buffer<ApartHit> hits{memory};
 
-    // What is found.
+    // The output.
     Buffer<Pair> ties{memory};
-    Buffer<Pair> to_sink{memory};                             // pairs on their way to a sink
+    Buffer<Pair> to_sink{memory};                             // pairs to be passed to a sink
     std::pmr::vector<std::span<const Pair>> segments{memory}; // of the result
     Pair* chunk_next = nullptr;                               // what is left of the last chunk of the result
     Pair* chunk_end = nullptr;
@@ -113,7 +113,7 @@ struct alignas(128) Slot
     bool bad_box = false; // some box is NaN or inverted
     std::exception_ptr error;
 
-    /// Forgets what the last search left here, and keeps the memory.
+    /// Clears the results of the last search, and keeps the memory.
     void start_search() noexcept;
     /// Reserves as much memory as `other` has, because next time the work may be divided the other way round.
     void match(const Slot& other);
@@ -130,7 +130,7 @@ struct alignas(128) Slot
     }
 
   private:
-    /// The list of all buffers: what is done to each of them goes through here.
+    /// The list of all buffers: every operation on each of them goes through here.
     template <class Self>
     static auto buffers(Self& self)
     {

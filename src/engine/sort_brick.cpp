@@ -27,14 +27,14 @@ void each_record(const Bricks& bricks, std::uint32_t brick, const Visit& visit)
     }
 }
 
-// A few rows of a brick show whether its quanta are too coarse. Only those of boxes that are thin, in quanta,
-// are tested, which takes no time where there are none.
+// A few rows of a brick show whether its quanta are too coarse. Only rows of boxes that are thin, in quanta,
+// are tested, which takes no time if there are none.
 constexpr std::uint32_t coarse_rows = 8;
 constexpr std::int32_t coarse_extent = 8;
 constexpr std::uint32_t coarse_candidates = 32; // of a row
-constexpr double coarse_ties = 1; // a row: from here on they take longer than to store all boxes once more
+constexpr double coarse_ties = 1; // a row: from here on they take longer than storing all boxes again
 
-// Parts of a brick are worth the time that a brick takes, and few of their records may be copies.
+// The parts of a brick must be worth the cost of a brick, and few of their records may be copies.
 constexpr std::uint32_t least_part = 24;
 constexpr std::uint32_t most_reaching = 4;
 
@@ -62,8 +62,8 @@ bool may_pair(const Bricks& bricks, std::uint32_t brick, bool as_given) noexcept
     return sides == 0;
 }
 
-// A counting sort with about one bucket per record. Order within a bucket is free, since the sweep compares
-// both ends on every axis; it is the order of the boxes all the same, whoever stored them.
+// A counting sort with about one bucket per record. The order within a bucket doesn't matter, since the sweep
+// compares both ends on every axis; it is nevertheless the order of the boxes, whichever worker stored them.
 //
 //     buckets       0      1    2        3  ...    of equal width, and one behind the brick
 //     sorted     | r r r | r |     | r r r r |     bucket[b]: where b begins, at last where it ends
@@ -73,7 +73,7 @@ std::uint64_t sort_brick(const Bricks& bricks, std::uint32_t brick, std::uint32_
 {
     const int bucket_bits = std::clamp(static_cast<int>(std::bit_width(count - 1)), 4, quanta_bits);
     const int shift = quanta_bits - bucket_bits;
-    // Keys are lo + 1, or 0 of a copy, up to 2^14, and hi + 1, up to 2^14 + 1: both have a bucket.
+    // Keys are lo + 1 (0 for a copy), up to 2^14, and hi + 1, up to 2^14 + 1: both have a bucket.
     const std::uint32_t buckets = (1u << bucket_bits) + 2;
     const auto bucket_of = [&](const Record& record) {
         return ((0u - (record.axis[0] >> 16)) & 0xffffu) >> shift;
@@ -99,7 +99,7 @@ std::uint64_t sort_brick(const Bricks& bricks, std::uint32_t brick, std::uint32_
         window_end[i] = bucket[(sorted[i].axis[0] & 0xffffu) >> shift];
         windows += window_end[i] - i;
     }
-    window_end[count] = 0; // of the padding: the partner of the last row, where rows are odd
+    window_end[count] = 0; // of the padding: the partner of the last row, if rows are odd
     slot.buckets = buckets;
     return windows;
 }
@@ -138,7 +138,7 @@ JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 
 std::span<const std::uint32_t> cut_brick(Slot& slot, std::uint32_t count)
 {
-    // How many rows' windows reach over each place, as differences from the place before.
+    // How many rows' windows extend across each place, as differences from the place before.
     std::uint32_t* const change = slot.apart_place.reserve(std::size_t{count} + 1);
     std::fill_n(change, count + 1, 0u);
     for (std::uint32_t i = 0; i < count; ++i) {

@@ -13,13 +13,13 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace engine {
 
-/// The bricks of a grid. A brick's records lie in several stores, those of the first store first.
+/// The bricks of a grid. A brick's records are in several stores, those of the first store first.
 struct Bricks
 {
     std::span<const BrickStore* const> stores;
     std::uint32_t count;
     int sweep_axis = 0;  // the user's
-    bool fitted = false; // each has a grid of its own around its boxes: see fit()
+    bool fitted = false; // each has its own grid around its boxes: see fit()
 
     [[nodiscard]] std::uint32_t records(std::uint32_t brick) const noexcept
     {
@@ -31,7 +31,7 @@ struct Bricks
 };
 
 /// Prefetches a brick's records into the second-level cache, a few lines at a time, while another brick is
-/// swept: if all were fetched at once, they would wait for each other.
+/// swept: if all were fetched at once, they would delay each other.
 class FetchBrick
 {
   public:
@@ -39,7 +39,7 @@ class FetchBrick
         : bricks_(bricks), brick_(brick), store_(brick < bricks.count ? 0 : bricks.stores.size())
     {
     }
-    /// The next so many chunks, if there are as many.
+    /// Prefetches the next `count` chunks, if there are as many.
     void chunks(std::uint32_t count) noexcept
     {
         while (count > 0 && store_ < bricks_.stores.size()) {
@@ -70,9 +70,9 @@ class FetchBrick
     std::uint32_t chunk_ = 0;
 };
 
-/// Whether not all records of a brick share a flag of their set, which would keep each from each. In a grid
-/// over a call's boxes (`as_given`) those without a flag, or of the first set, come first in each store, so
-/// that few need to be looked at.
+/// Whether a brick can have pairs: not if all records share a flag of their set. In a grid over a call's
+/// boxes (`as_given`) records without a flag, or of the first set, come first in each store, so that few need
+/// to be examined.
 bool may_pair(const Bricks& bricks, std::uint32_t brick, bool as_given) noexcept;
 
 /// Sorts the records of a brick by the bucket of their lower bound on the sweep axis, into `slot.sorted`,
@@ -80,12 +80,12 @@ bool may_pair(const Bricks& bricks, std::uint32_t brick, bool as_given) noexcept
 /// sum of the windows' lengths.
 std::uint64_t sort_brick(const Bricks& bricks, std::uint32_t brick, std::uint32_t count, Slot& slot);
 
-/// Whether a sorted brick's quanta are too coarse for its boxes: going by some rows, most of its time would
-/// be lost to ties of boxes that don't touch.
+/// Whether a sorted brick's quanta are too coarse for its boxes: judging by some rows, most of its time would
+/// go to ties of boxes that don't touch.
 template <int Dim, class T>
 bool is_coarse(const Boxes<Dim, T>& boxes, const Slot& slot, std::uint32_t count) noexcept;
 
-/// Cuts a sorted brick between buckets, where few boxes reach from one part into the next. Returns the ends
+/// Cuts a sorted brick between buckets, where few boxes extend from one part into the next. Returns the ends
 /// of the parts, in `slot.before`.
 std::span<const std::uint32_t> cut_brick(Slot& slot, std::uint32_t count);
 

@@ -18,8 +18,8 @@ constexpr double brick_records = 800;  // records that, sorted and arranged, sti
 constexpr double most_cells_x = 4096;  // along the sweep axis
 constexpr std::int32_t most_cells_per_axis = 1 << 16; // cells * 2^14 stays below 2^31
 constexpr double least_boxes_per_brick = 8;           // bounds the memory for bricks by that for boxes
-constexpr double most_crossing = 0.25;                // copies of a box where rows have few candidates
-constexpr double finer = 1.19;                        // each edge that is tried is this much shorter
+constexpr double most_crossing = 0.25;                // copies of a box if rows have few candidates
+constexpr double finer = 1.19;                        // each edge tried is this much shorter
 
 struct Bounds
 {
@@ -27,11 +27,11 @@ struct Bounds
     double size() const { return hi - lo; }
 };
 
-/// The `count` least of the numbers that it is shown, ascending. For few among many: most are turned away by
-/// one comparison, which std::nth_element can't promise.
+/// Collects the `count` least of the numbers added, ascending. For few among many: most are rejected by one
+/// comparison, which std::nth_element can't guarantee.
 struct Least
 {
-    static constexpr std::size_t most = 1023 / 64 + 1; // bounds_of looks at fewer than 1024 boxes
+    static constexpr std::size_t most = 1023 / 64 + 1; // bounds_of uses fewer than 1024 boxes
     double values[most];
     std::size_t count;
     explicit Least(std::size_t wanted) : count(wanted)
@@ -49,8 +49,8 @@ struct Least
 };
 
 /// Where most boxes are: from the 1/64 to the 63/64 quantile of their centres, widened, but no further than
-/// they reach. A few boxes far away must not stretch the grid, they land in border bricks; nor must boxes
-/// without end. `parts` for 64, and `wider`, by which share of the size it is widened at each end.
+/// their bounds. A few boxes far away must not stretch the grid: they go to border bricks; nor must infinite
+/// boxes. `parts` replaces 64, and `wider` is the share of the size by which it is widened at each end.
 Bounds bounds_of(Sample& sample, int axis, std::size_t parts = 64, double wider = 0.15)
 {
     const std::size_t step = std::max<std::size_t>(1, sample.size / 512);
@@ -76,7 +76,7 @@ Bounds bounds_of(Sample& sample, int axis, std::size_t parts = 64, double wider 
     return {std::max(least, low - margin), std::min(greatest, high + margin)};
 }
 
-/// Boxes of similar extent on the sweep axis, as the sums the model needs.
+/// Boxes of similar extent on the sweep axis, as the sums that the model needs.
 struct ExtentClass
 {
     double count = 0, x = 0, y = 0, z = 0, yz = 0;
@@ -91,7 +91,7 @@ struct ExtentClass
     }
 };
 
-/// How often 1 can be halved before it is no greater than the number from 0 to 1, at most 23 times.
+/// How often 1 can be halved before it is no greater than the given number from 0 to 1; at most 23.
 int halvings(double number)
 {
     std::uint64_t bits;
@@ -99,8 +99,8 @@ int halvings(double number)
     return std::clamp(1022 - static_cast<int>(bits >> 52), 0, 23);
 }
 
-/// What a sample tells about its boxes, on the grid's axes: the sweep axis first. Lengths are shares of the
-/// size on their axis, for products of lengths near the largest or smallest numbers leave the range of
+/// What a sample tells about its boxes, on the grid's axes: the sweep axis first. Lengths are relative to the
+/// size on their axis, since products of lengths near the largest or smallest numbers leave the range of
 /// double.
 struct Crowding
 {
@@ -108,15 +108,15 @@ struct Crowding
     Bounds bounds[3] = {};   // of most boxes
     double size[3] = {0, 0, 0};
     double samples = 1;
-    double density = 0; // boxes around an average box, if as many were all over the place
+    double density = 0; // boxes around an average box, relative to an even spread
     double share = 1;   // of them that a row is tested against
     ExtentClass total;
-    ExtentClass classes[24]; // by halvings of the extent on the sweep axis; those that are empty are left out
+    ExtentClass classes[24]; // by halvings of the extent on the sweep axis, without empty ones
     int class_count = 0;
 };
 
-/// A histogram of where boxes are, coarse enough for some to share a bin: pairs in one bin tell how dense it
-/// is where boxes are.
+/// A histogram of the places of boxes, coarse enough for some to share a bin: the number of pairs in one bin
+/// measures the density around boxes.
 template <int Dim>
 class Histogram
 {
@@ -133,7 +133,7 @@ class Histogram
             }
         std::fill_n(count_, bins_[0] * bins_[1] * bins_[2], std::uint16_t{0});
     }
-    /// Place of a box on each axis, 0 to 1, or beyond for boxes outside.
+    /// The place of a box on each axis, 0 to 1, or beyond for boxes outside.
     void add(const double (&place)[3])
     {
         int bin = 0;
@@ -166,7 +166,7 @@ Crowding crowding_of(Sample& sample, double boxes)
         for (int d = 0; d < Dim; ++d)
             bounds[d] = bounds_of(sample, d);
 
-    // Sweep along the longest axis: there the windows are shortest.
+    // Sweep along the longest axis, on which windows are shortest.
     int longest = 0;
     for (int d = 1; d < Dim; ++d)
         if (bounds[d].size() > bounds[longest].size()) longest = d;
@@ -205,11 +205,11 @@ Crowding crowding_of(Sample& sample, double boxes)
     return crowding;
 }
 
-/// What a grid is expected to cost per box.
+/// The expected cost of a grid per box.
 struct Cost
 {
     double ns;
-    std::int32_t cells_x; // the bricks along the sweep axis with which it costs that
+    std::int32_t cells_x; // the number of bricks along the sweep axis at that cost
 };
 
 /// The cost model, for a grid that cuts the second axis into cy parts and the third into cz:
@@ -219,11 +219,11 @@ struct Cost
 ///                                              at the density of the place and in the section of a brick
 ///     ns      = 7.5 records + 3 steps + 150 bricks / boxes
 ///
-/// Steps are worked out for each class of extents alone, and are at least one: mean extents would hide that a
-/// few large boxes have most of the candidates.
+/// Steps are computed separately for each class of extents, and are at least one: mean extents would hide
+/// that a few large boxes have most of the candidates.
 ///
-/// Where rows are tested against a share of their windows only, in two sets of which one is much the smaller,
-/// bricks may hold more than fits the L1 cache, so no cut of the sweep axis is worth a copy of each box.
+/// If rows are tested against only a share of their windows, in two sets of which one is far smaller, bricks
+/// may hold more than fits the L1 cache, so no cut of the sweep axis is worth a copy of each box.
 Cost cost_of(const Crowding& crowding, double boxes, std::int32_t cy, std::int32_t cz)
 {
     const double along_y = crowding.size[1] > 0 ? cy : 0, along_z = crowding.size[2] > 0 ? cz : 0;
@@ -256,14 +256,14 @@ Cost cost_of(const Crowding& crowding, double boxes, std::int32_t cy, std::int32
 }
 
 /// Tries ever smaller bricks, with edges of equal length on the second and third axis as far as whole numbers
-/// allow, and sets `cells` to those that cost least. Returns what they cost.
+/// allow, and sets `cells` to the cheapest. Returns their cost.
 double search_cells(const Crowding& crowding, double boxes, std::int32_t (&cells)[3])
 {
     Cost best = cost_of(crowding, boxes, 1, 1);
     cells[0] = best.cells_x;
     const double longer = std::max(crowding.size[1], crowding.size[2]);
     const double most_bricks = std::max(1.0, boxes / least_boxes_per_brick);
-    // An edge as a share of the longer side, down to where no axis can be cut finer.
+    // An edge relative to the longer side, down to where no axis can be cut finer.
     for (double share = 1 / finer; longer > 0 && share > 0.5 / most_cells_per_axis; share /= finer) {
         const auto cells_of = [&](double length) {
             return static_cast<std::int32_t>(std::clamp(std::floor(length / longer / share + 0.5), 1.0,
@@ -279,13 +279,13 @@ double search_cells(const Crowding& crowding, double boxes, std::int32_t (&cells
             cells[1] = cy;
             cells[2] = cz;
         } else if (cost.ns > 2 * best.ns) {
-            break; // ever smaller bricks only cost more from here on
+            break; // from here on smaller bricks only cost more
         }
     }
     return best.ns;
 }
 
-/// Lays the grid's axis p, which has its number of cells already, along one of the user's.
+/// Maps the grid's axis p, whose number of cells is already set, to one of the user's.
 template <class T>
 void lay_axis(Grid<T>& grid, int p, bool used, int axis, const Bounds& bounds)
 {
@@ -296,7 +296,7 @@ void lay_axis(Grid<T>& grid, int p, bool used, int axis, const Bounds& bounds)
     grid.origin[p] = static_cast<T>(bounds.lo);
     grid.flat[p] = !(bounds.size() > 0);
     if (grid.flat[p]) return;
-    // Any finite positive scale is right; a normal one keeps the products exact enough to be useful.
+    // Any finite positive scale is correct; a normal one keeps the products exact enough to be useful.
     const double scale = cells / bounds.size();
     grid.scale[p] = static_cast<T>(std::clamp(scale, static_cast<double>(std::numeric_limits<T>::min()),
                                               static_cast<double>(std::numeric_limits<T>::max()) / 4));

@@ -9,7 +9,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace engine {
 
-/// A grid and what the cost model expects of it, in model nanoseconds per box.
+/// A grid and its cost by the model, in model nanoseconds per box.
 template <class T>
 struct TunedGrid
 {
@@ -17,12 +17,12 @@ struct TunedGrid
     double cost = 0;
 };
 
-/// Chooses a grid for `boxes` boxes of which `sample` was drawn. Deterministic: no library function whose
-/// result may differ between machines. `share`: the part of their windows that rows are tested against.
+/// Chooses a grid for `boxes` boxes of which `sample` was drawn. Deterministic: it uses no library function
+/// whose result may differ between machines. `share`: the part of their windows that rows are tested against.
 template <int Dim, class T>
 TunedGrid<T> tune(Sample& sample, std::size_t boxes, double share = 1);
 
-/// A grid of one brick around most boxes of a few: an eighth of them may lie elsewhere or be giants.
+/// A grid of one brick around most of a few boxes: an eighth of them may be elsewhere or be giants.
 template <int Dim, class T>
 Grid<T> fit(Sample& sample, int sweep_axis);
 

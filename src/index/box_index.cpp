@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The edge of the index: arguments checked, filters, batches, the order of results.
+// The interface of the index: checks arguments, and handles filters, batches and the order of results.
 #include "jostle/box_index.hpp"
 
 #include <algorithm>
@@ -29,7 +29,7 @@ using index::Wanted;
 
 namespace {
 
-/// Whether an object counts by a filter.
+/// Whether an object passes a filter.
 bool takes(const QueryFilter& filter, std::uint32_t query, std::uint32_t id)
 {
     if (id == filter.exclude) return false;
@@ -71,7 +71,8 @@ struct BoxIndex<Dim, T>::Implementation
         tree.build(ids, boxes);
     }
 
-    /// Throws if an id occurs twice, or, where it is to be there (true) or not (false), if it isn't or is.
+    /// Throws if an id occurs twice, or if it isn't in the index though it must be (true), or is though it
+    /// mustn't (false).
     void check_ids(std::span<const std::uint32_t> ids, std::optional<bool> wanted_here) const
     {
         for (std::size_t i = 0; i < ids.size(); ++i) {
@@ -97,7 +98,7 @@ struct BoxIndex<Dim, T>::Implementation
                     static_cast<std::uint64_t>(second - ids.begin()));
     }
 
-    /// Calls body(wanted) with what counts by the filter of one query.
+    /// Calls body(wanted) with a predicate for the filter of one query.
     template <class Body>
     auto filtered(const QueryFilter& filter, std::size_t query, const Body& body) const
     {
@@ -115,14 +116,14 @@ struct BoxIndex<Dim, T>::Implementation
             index::check(filters[i], tree.id_end(), i);
     }
 
-    /// Of boxes and a tree's objects, in the working memory of this index.
+    /// Pairs of boxes and a tree's objects, in the working memory of this index.
     template <class Allocator>
     void join(const index::Tree<Dim, T>& with, const BoxView<Dim, T>& boxes,
               std::vector<Pair, Allocator>& pairs)
     {
         index::check_joined(boxes);
         joins.run(with, *tasks, boxes, [&](std::size_t size) {
-            pairs.resize(size); // what is there already needn't be cleared
+            pairs.resize(size); // existing elements needn't be cleared
             return pairs.data();
         });
     }
@@ -174,13 +175,13 @@ struct BoxIndex<Dim, T>::Implementation
 
     mutable Users users{"BoxIndex", "change it afterwards"};
     IndexOptions options;
-    Executor* tasks; // who runs them
+    Executor* tasks; // the executor for batches
     const index::Kernels<Dim, T>& kernels;
     index::Tree<Dim, T> tree;
     index::Join<Dim, T> joins;
 };
 
-/// One query: who answers it, and what counts by its filter.
+/// One query: what answers it, and which objects pass its filter.
 template <int Dim, Coordinate T>
 class BoxIndex<Dim, T>::Implementation::Asking
 {
@@ -252,7 +253,7 @@ class BoxIndex<Dim, T>::Implementation::AskingMany
     }
 
   private:
-    /// What is the same for all of them.
+    /// What is shared by all queries.
     struct One
     {
         index::Answers<Dim, T> same;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// An order of boxes along space: that in which an index is built, but for what it does inside its pages.
+// A spatial order of boxes: the order in which an index is built, except inside its pages.
 #include "jostle/spatial_order.hpp"
 
 #include <limits>
@@ -15,11 +15,11 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace {
 
-/// So many boxes are about what one brick of a search has: more order than that gains nothing.
+/// About as many boxes as one brick of a search has: more order gains nothing.
 constexpr std::size_t near_enough = 64, to_a_cell = 16;
 
-/// The user's threads, none of which flushes denormal numbers to zero meanwhile: keys that some threads
-/// compute in another way than others would have no order at all.
+/// Runs on the user's threads, none of which flushes denormals to zero meanwhile: if threads computed keys in
+/// different ways, there would be no order at all.
 class ExactExecutor final : public Executor
 {
   public:
@@ -38,8 +38,8 @@ class ExactExecutor final : public Executor
     Executor& given_;
 };
 
-/// Sorts entries of which all but the last `unsorted` digits are sorted, until no more than a few lie in one
-/// place, unless they can't be told apart.
+/// Sorts entries that are sorted except for the last `unsorted` digits, until only a few are in one place,
+/// unless they can't be told apart.
 template <int Dim, class T>
 void sort_further(index::KeyOrder<Dim, T>& order, std::size_t begin, std::size_t end, int unsorted)
 {

@@ -64,7 +64,7 @@ void check_filter(const CrossFilter& filter, std::size_t size_a, std::size_t siz
     check_masks(filter.category_b, filter.mask_b, size_b, "category_b", "mask_b");
     check_column(filter.owner_a, size_a, "owner_a");
     check_column(filter.owner_b, size_b, "owner_b");
-    const bool both_sets = size_a != 0 && size_b != 0; // an empty set can't give anything
+    const bool both_sets = size_a != 0 && size_b != 0; // an empty set can't provide its arrays
     if (both_sets && filter.category_a.empty() != filter.category_b.empty())
         throw Error(ErrorCode::size_mismatch,
                     "filter category and mask are given for one set only; give them for both");
@@ -137,7 +137,7 @@ void append_owners(const Values& owner, std::pmr::vector<std::uint32_t>& out)
         out.push_back(owner[i]);
 }
 
-/// No branch depends on what a pair is like: a wrong guess costs more than all the rest.
+/// No branch depends on a pair's values: a misprediction costs more than everything else.
 template <bool Masks, bool Owners, bool WithVertices>
 Pair* keep(const PackedFilter& filter, Pair* first, Pair* last) noexcept
 {

@@ -12,13 +12,14 @@
 
 JOSTLE_NAMESPACE_BEGIN
 
-/// Which objects of a search are images, and whom they don't meet.
+/// Which objects of a search are images, and which objects these don't pair with.
 struct ImageRule
 {
-    std::uint32_t originals = 0; ///< the first objects; the rest are images, and no two of those make a pair
-    /// Empty, or for each object axes as bits: of an original those along which it is infinite both ways, of
-    /// an image those along which it is shifted. With an axis in common they don't make a pair: what is
-    /// infinite along an axis meets the image's original already, or another image of it.
+    std::uint32_t originals = 0; ///< the first objects; the rest are images, no two of which make a pair
+    /// Empty, or for each object a bit set of axes: for an original those along which it is infinite both
+    /// ways, for an image those along which it is shifted. Two objects with an axis in common don't make a
+    /// pair: an object that is infinite along an axis already meets the image's original, or another image of
+    /// it.
     std::span<const std::uint8_t> axes;
 
     /// a < b.
@@ -28,7 +29,7 @@ struct ImageRule
     }
 };
 
-/// Throws unless every array that is given has one element per object.
+/// Throws unless every given array has one element per object.
 void check_filter(const Filter& filter, std::size_t size);
 void check_filter(const SceneFilter& filter, std::size_t size);
 void check_filter(const CrossFilter& filter, std::size_t size_a, std::size_t size_b);

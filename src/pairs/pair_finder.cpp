@@ -65,7 +65,7 @@ struct PairFinder::Implementation
     PairBuffer result;
     PackedFilter packed;
     PairSorter sorter;
-    PairBuffer sorted; // used when asked for
+    PairBuffer sorted; // used on request
     SceneFinder scenes;
     Stats stats;
     std::atomic<bool> in_use{false};
@@ -73,7 +73,7 @@ struct PairFinder::Implementation
 
 namespace {
 
-/// One of the two as errors name it, if there are two.
+/// The name of one of two sets in errors.
 template <int Dim, class T>
 const char* name_of(const BoxView<Dim, T>& set, const engine::Boxes<Dim, T>& boxes)
 {
@@ -110,7 +110,7 @@ const ImageRule* images_of(const AnyFilter& filter)
         return nullptr;
 }
 
-/// From which object on none meets another: the engine sees to that.
+/// From which object on no two make a pair, which the engine ensures.
 std::size_t loners_of(const Filter& filter, std::size_t size)
 {
     const std::size_t originals = filter.images != nullptr ? filter.images->originals : size;
@@ -121,7 +121,7 @@ std::size_t loners_of(const CrossFilter&, std::size_t size)
     return size;
 }
 
-/// Whether nothing is left to filter.
+/// Whether there is nothing to filter.
 template <class AnyFilter>
 bool is_empty(const AnyFilter& filter)
 {
@@ -145,8 +145,8 @@ void check_sets(const engine::Boxes<Dim, T>& boxes)
         check_boxes_of(*set, name_of(*set, boxes));
 }
 
-/// Calls search(part, offset_a, offset_b) for parts of at most so many boxes a set, where the part's boxes
-/// begin. Together they have each pair once.
+/// Calls search(part, offset_a, offset_b) for parts of at most `slice` boxes a set, whose boxes begin at the
+/// offsets. Together they have each pair once.
 template <int Dim, class T, class Search>
 void each_slice(const engine::Boxes<Dim, T>& boxes, std::size_t slice, const Search& search)
 {
@@ -219,14 +219,14 @@ bool PairFinder::Implementation::search(const engine::Boxes<Dim, T>& given, Pair
         try {
             complete = engine.search(part, request);
         } catch (const engine::BadBox&) {
-            check_sets(boxes); // a bad box of another slice may be lower: let the definition name it
+            check_sets(boxes); // a bad box of another slice may be lower, so let the definition name it
             throw Error(ErrorCode::invalid_argument, "boxes changed while they were read");
         }
         request.first_block = engine.next_block;
     };
     try {
         if (boxes.cross && (boxes.a.empty() || boxes.b.empty()))
-            check_sets(boxes); // nothing to find, but as strict as ever
+            check_sets(boxes); // nothing to find, but the checks are the same
         each_slice(boxes, slice, run);
     } catch (...) {
         into.clear();

@@ -22,10 +22,10 @@ JOSTLE_NAMESPACE_BEGIN
 
 namespace {
 
-constexpr std::size_t block_size = 2048; // boxes; fewer than four blocks are done by the calling thread alone
+constexpr std::size_t block_size = 2048; // boxes; the calling thread alone does fewer than four blocks
 constexpr char axis_names[] = "xyz";
 
-/// a + b, rounded down: to the next number below where the sum isn't exact.
+/// a + b, rounded down: to the next number below if the sum isn't exact.
 /// Source   Knuth, The Art of Computer Programming 2 (1997), sec. 4.2.2, theorem B.
 template <Coordinate T>
 T sum_rounded_down(T a, T b)
@@ -54,7 +54,7 @@ struct Shift
     std::uint8_t axes;
 };
 
-/// All combinations of -1, 0 and 1 on the periodic axes of which the first that isn't 0 is -1.
+/// All combinations of -1, 0 and 1 on the periodic axes whose first nonzero number is -1.
 template <int Dim, Coordinate T>
 std::size_t list_shifts(const Vec<Dim, T>& period, std::array<Shift<Dim>, 13>& out)
 {
@@ -76,15 +76,15 @@ std::size_t list_shifts(const Vec<Dim, T>& period, std::array<Shift<Dim>, 13>& o
     return count;
 }
 
-/// Boxes that end below this have no image further down: it wouldn't reach up to `lowest`, the lower end of
-/// all boxes, even if it is rounded.
+/// Boxes that end below this have no image further down: even rounded, it wouldn't reach up to `lowest`, the
+/// lower end of all boxes.
 template <Coordinate T>
 T no_image_below(T lowest, T period)
 {
     return sum_rounded_down(std::nextafter(lowest, -std::numeric_limits<T>::infinity()), period);
 }
 
-/// What one pass over a block finds out.
+/// The result of one pass over a block.
 template <int Dim, Coordinate T>
 struct Survey
 {
@@ -123,7 +123,7 @@ template <int Dim, Coordinate T>
 template <int Dim, Coordinate T>
 struct PeriodicImages<Dim, T>::Implementation
 {
-    /// The callback of filter(): asks that of the originals.
+    /// The callback of filter(): calls that of the originals.
     struct Accept
     {
         const Implementation* images;
@@ -355,7 +355,7 @@ struct PeriodicImages<Dim, T>::Implementation
         }
         return survey;
     }
-    /// Two periods or more, and a pair could touch by a shift of two.
+    /// At two periods or more, a pair could touch by a shift of two.
     static void check_spread(const BoxView<Dim, T>& given, const Vector& period, const Survey<Dim, T>& all)
     {
         for (int d = 0; d < Dim; ++d) {
@@ -372,7 +372,7 @@ struct PeriodicImages<Dim, T>::Implementation
                         i);
         }
     }
-    /// False: the box has no images, since each one is shifted down on some axis.
+    /// Returns false if the box has no images, since each one is shifted down on some axis.
     static bool near_end(const Box& box, const Vector& ends)
     {
         bool near = false;
@@ -401,7 +401,7 @@ struct PeriodicImages<Dim, T>::Implementation
                 shifted_hi[1][d] = sum_rounded_up(hi, length);
             }
         }
-        if (down == 0) return; // every shift has a way down
+        if (down == 0) return; // every shift goes down on some axis
         for (const Shift<Dim>& shift : shifts) {
             Box image = box;
             Vector by{};

@@ -21,18 +21,18 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace {
 
-// Scenes are claimed together while they have so many boxes, and a thread isn't woken for fewer.
+// Scenes are claimed together up to this many boxes, and a thread isn't woken for fewer.
 constexpr std::size_t boxes_per_claim = 2048;
-// Where a scene has this many boxes, and more than half of a thread's share of all, all threads search it.
+// If a scene has this many boxes, and more than half of a thread's share of all, all threads search it.
 constexpr std::size_t large_scene = 4096;
-// A scene with more pairs has memory of its own, so that no task leaves more of a chunk unused, whichever
-// scenes it gets.
+// A scene with more pairs has its own memory, so that no task leaves more than this of a chunk unused,
+// whichever scenes it gets.
 constexpr std::size_t shared_pairs = engine::chunk_pairs / 4;
 static_assert(engine::few_room <= shared_pairs);
 
 } // namespace
 
-/// What one task works with.
+/// The working memory of one task.
 struct alignas(128) SceneFinder::Slot
 {
     explicit Slot(const FinderOptions& options)
@@ -43,7 +43,7 @@ struct alignas(128) SceneFinder::Slot
     PairBuffer found; // by it
     Buffer<engine::Unit<float>> unit_float;
     Buffer<engine::Unit<double>> unit_double;
-    std::span<Pair> room; // what is left of the last chunk of the result
+    std::span<Pair> room; // the rest of the last chunk of the result
     Stats stats;
 
     template <class T>
@@ -54,7 +54,7 @@ struct alignas(128) SceneFinder::Slot
         else
             return *unit_double.reserve_exactly(1);
     }
-    /// Has as much memory as `other`: next time the scenes may be shared out the other way round.
+    /// Reserves as much memory as `other` has: next time the scenes may be divided the other way round.
     void match(Slot& other)
     {
         engine.match(other.engine);
@@ -130,8 +130,8 @@ class SceneFinder::Search
             result_.size_ += pairs.size();
             if (pairs.size() <= shared_pairs) shared += pairs.size();
         }
-        // As many as the same pairs can fill, however the scenes are shared out: all but each task's last are
-        // three quarters full.
+        // As many as the same pairs can fill, however the scenes are distributed: all except each task's last
+        // are three quarters full.
         if (tasks > 1)
             engine::ResultChunks::reserve(result_.small_,
                                           shared / (engine::chunk_pairs - shared_pairs) + tasks);
@@ -156,7 +156,7 @@ class SceneFinder::Search
         return boxes_.subview(static_cast<std::size_t>(offsets_[scene]), size_of(scene));
     }
 
-    /// The scenes that begin among the claim's boxes.
+    /// The scenes that begin among the boxes of the claim.
     [[nodiscard]] std::pair<std::size_t, std::size_t> scenes_of(std::size_t claim) const
     {
         const auto first_from = [&](std::size_t box) {
@@ -166,7 +166,8 @@ class SceneFinder::Search
         return {first_from(claim * boxes_per_claim), first_from((claim + 1) * boxes_per_claim)};
     }
 
-    /// Of what scenes throw, the lowest scene's is kept; those behind it need not be searched any more.
+    /// Of the exceptions of scenes, that of the lowest scene is kept; later scenes needn't be searched any
+    /// more.
     template <class Body>
     void guarded(std::size_t scene, const Body& body)
     {
@@ -181,7 +182,7 @@ class SceneFinder::Search
         }
     }
 
-    /// Moves the scene's pairs that are wanted to the front and returns their end.
+    /// Moves the wanted pairs of the scene to the front and returns their end.
     Pair* select(std::size_t scene, Pair* first, Pair* last) const
     {
         const auto begin = static_cast<std::size_t>(offsets_[scene]);
@@ -195,7 +196,7 @@ class SceneFinder::Search
         return !filter_.mask.empty() || !filter_.owner.empty() || filter_.accept;
     }
 
-    /// Room for so many pairs, at most `shared_pairs`, in the result.
+    /// Returns room for this many pairs, at most `shared_pairs`, in the result.
     std::span<Pair> room(Slot& mine, std::size_t pairs)
     {
         if (mine.room.size() < pairs) mine.room = finder_.chunks_.next(result_.small_);
@@ -246,7 +247,7 @@ class SceneFinder::Search
         if (pairs <= shared_pairs) {
             mine.found.copy_to(room(mine, pairs));
             keep(scene, mine, pairs);
-        } else { // in steps, so that a scene that breathes doesn't allocate at every new pair
+        } else { // in steps, so that a scene whose size fluctuates doesn't allocate at every new pair
             const std::size_t step = std::bit_floor(pairs) / 8;
             const std::span<Pair> own =
                 PairBufferAccess(result_.large_).chunk(scene, (pairs + step - 1) / step * step);
@@ -274,7 +275,7 @@ class SceneFinder::Search
     const std::span<const std::uint64_t> offsets_;
     const SceneFilter& filter_;
     const std::size_t scenes_;
-    std::size_t large_ = 0; // scenes of more boxes are searched by all threads
+    std::size_t large_ = 0; // all threads search scenes with more boxes
     std::mutex mutex_;
     std::atomic<std::size_t> first_failed_;
     std::exception_ptr error_;

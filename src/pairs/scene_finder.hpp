@@ -11,7 +11,7 @@
 
 JOSTLE_NAMESPACE_BEGIN
 
-/// Finds the pairs of many scenes: whole scenes are shared out over the threads. Keeps its working memory
+/// Finds the pairs of many scenes: whole scenes are distributed over the threads. Keeps its working memory
 /// from call to call.
 class SceneFinder
 {
@@ -20,13 +20,13 @@ class SceneFinder
     ~SceneFinder();
 
     /// PairFinder::find_scenes. `engine` searches scenes that are too large for one thread. Fills in all of
-    /// `stats` but the time.
+    /// `stats` except the time.
     template <int Dim, Coordinate T>
     void find(const BoxView<Dim, T>& boxes, std::span<const std::uint64_t> offsets, const SceneFilter& filter,
               engine::Engine& engine, Stats& stats);
 
     [[nodiscard]] const ScenePairs& result() const noexcept { return result_; }
-    /// Forgets the result and keeps its memory.
+    /// Clears the result and keeps its memory.
     void clear() noexcept;
     void release() noexcept;
 

@@ -16,15 +16,15 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace {
 
-// Objects are taken together in groups: so many that a group's pairs fit the L1 cache, so few that a pass can
-// write to all groups in turn.
+// Objects are sorted in groups, large enough that a pass can write to all groups in turn, and small enough
+// that a group's pairs fit the L1 cache.
 constexpr std::size_t most_groups = 1024;
 constexpr std::size_t least_objects_per_group = 256;
-// Fewer pairs than this per thread are not worth waking one.
+// For fewer pairs than this per thread, waking a thread doesn't pay.
 constexpr std::uint64_t pairs_per_task = 8192;
 
 /// Sorts the first `count` of the N numbers at `from`, 4 or 8, and writes N pairs, the first `count` of which
-/// are good. No branch depends on the numbers: those of short lists can't be predicted.
+/// are good. No branch depends on the numbers, since branches for short lists can't be predicted.
 template <std::uint32_t N>
 void sort_few(const std::uint32_t* from, std::uint32_t count, std::uint32_t a, Pair* to)
 {
@@ -54,8 +54,8 @@ void sort_few(const std::uint32_t* from, std::uint32_t count, std::uint32_t a, P
         to[k] = {a, b[k]};
 }
 
-/// By a with a counting sort, then each object's partners by b: mostly a handful. `partners` and `spare` have
-/// room for eight more than the group.
+/// Sorts by a with a counting sort, then each object's partners, mostly a handful, by b. `partners` and
+/// `spare` have room for eight more than the group.
 void sort_group(std::span<Pair> group, std::uint32_t first, std::uint32_t objects,
                 const engine::Kernels& kernels, std::uint32_t* place, std::uint32_t* partners,
                 std::uint32_t* spare)
@@ -67,12 +67,12 @@ void sort_group(std::span<Pair> group, std::uint32_t first, std::uint32_t object
     for (const Pair& pair : group)
         partners[place[pair.a - first]++] = pair.b;
     std::fill_n(partners + group.size(), 8, 0u);
-    Pair* const to = group.data(); // whose pairs are all read
+    Pair* const to = group.data(); // whose pairs have all been read
     std::uint32_t begin = 0;
     for (std::uint32_t a = 0; a < objects; ++a) { // now place[a] is where the partners of a end
         const std::uint32_t end = place[a], count = end - begin;
         if (count == 0) continue;
-        if (count <= 8 && begin + 8 <= group.size()) { // what is written too much is written over
+        if (count <= 8 && begin + 8 <= group.size()) { // excess writes are overwritten
             if (count <= 4)
                 sort_few<4>(partners + begin, count, first + a, to + begin);
             else
@@ -118,7 +118,7 @@ void PairSorter::sort(const PairBuffer& from, std::size_t objects, Executor& exe
     std::uint64_t* counts = counts_.reserve(tasks * groups);
     std::uint32_t* places = places_.reserve(tasks * group_objects);
     PairBufferAccess access(to);
-    // In steps, so that a scene that breathes doesn't allocate at every new pair.
+    // In steps, so that a scene whose size fluctuates doesn't allocate at every new pair.
     const std::uint64_t step = std::max<std::uint64_t>(1024, std::bit_floor(pairs) / 8);
     const std::span<Pair> sorted = access.chunk(0, (pairs + step - 1) / step * step).first(pairs);
     access.reserve_blocks(1);

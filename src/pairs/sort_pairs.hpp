@@ -21,9 +21,9 @@ class PairSorter
     {
     }
 
-    /// `to` becomes what `from` holds, sorted; every a is less than `objects`.
+    /// Sets `to` to the sorted pairs of `from`; every a is less than `objects`.
     /// `set` must be one of supported_instruction_sets(); the result is the same for all.
-    /// Cost: a few passes over the pairs, shared out over the executor's threads.
+    /// Cost: a few passes over the pairs, distributed over the executor's threads.
     void sort(const PairBuffer& from, std::size_t objects, Executor& executor, InstructionSet set,
               PairBuffer& to);
 

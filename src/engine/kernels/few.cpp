@@ -23,14 +23,15 @@ namespace {
 namespace HWY_NAMESPACE {
 #include "simd/vec-inl.hpp"
 
-/// Pads the columns to whole vectors with what touches nothing. Returns false if a box is NaN or inverted.
+/// Pads the columns to whole vectors with boxes that touch nothing. Returns false if a box is NaN or
+/// inverted.
 template <int Dim, class T>
 HWY_ATTR bool pad_and_check(Unit<T>& unit)
 {
     const std::uint32_t count = unit.count;
     if (count == 0) return true;
     const std::uint32_t whole = (count + Vec<T>::size - 1) / Vec<T>::size * Vec<T>::size;
-    for (int d = 0; d < Dim; ++d) { // first with copies of the last box, which are as good as it is
+    for (int d = 0; d < Dim; ++d) { // first with copies of the last box, which are valid if it is
         std::fill(unit.lo[d] + count, unit.lo[d] + whole, unit.lo[d][count - 1]);
         std::fill(unit.hi[d] + count, unit.hi[d] + whole, unit.hi[d][count - 1]);
     }
@@ -43,7 +44,7 @@ HWY_ATTR bool pad_and_check(Unit<T>& unit)
 }
 
 /// Writes the pairs of row a with the boxes first + k whose bits k are set. Most rows have up to four in 64
-/// boxes: these are written without a branch, whether they are there or not.
+/// boxes: four are always written, without a branch.
 inline Pair* write_pairs(std::uint32_t a, std::uint32_t first, std::uint64_t bits, Pair* out)
 {
     Pair* const end = out + std::popcount(bits);
@@ -64,7 +65,7 @@ HWY_ATTR Pair* among_few(const BoxView<Dim, T>& rows, Unit<T>& unit, bool cross,
     const auto row_count = static_cast<std::uint32_t>(rows.size());
     for (std::uint32_t a = 0; a < row_count; ++a) {
         const Aabb<Dim, T> row = rows[a];
-        if (cross && !valid(row)) return nullptr; // else the columns have it, too
+        if (cross && !valid(row)) return nullptr; // otherwise the columns contain it
         Vec<T> lo[Dim], hi[Dim];
         for (int d = 0; d < Dim; ++d) {
             lo[d] = Vec<T>(row.lo[static_cast<std::size_t>(d)]);

@@ -11,19 +11,19 @@ JOSTLE_NAMESPACE_BEGIN
 namespace engine {
 
 // For few boxes a grid costs more than it saves. Then every box is tested against every other, in the user's
-// own numbers, without quantising and without ties.
+// coordinates, without quantising and without ties.
 
-/// Up to so many boxes, both sets together, count as few. The same on every instruction set, since the order
-/// of the pairs depends on it. docs/decisions/037 has the measurements.
+/// Up to this many boxes, both sets together, count as few. It is the same on every instruction set, since
+/// the order of the pairs depends on it. docs/decisions/037 has the measurements.
 inline constexpr std::uint32_t few_boxes = 128;
-/// The greatest number of pairs among them, and what stores of whole registers write behind them.
+/// The greatest number of pairs among them, plus what stores of whole registers write after them.
 inline constexpr std::uint32_t few_room = few_boxes * (few_boxes - 1) / 2 + 8;
 static_assert(few_boxes <= unit_size - 16, "padding follows the last box");
 
-// So few boxes of one set that meet many of another are tested against each of these, too: for a grid, all of
-// the many would be sorted for the sake of the few.
+// Up to this many boxes of one set against many of another are also tested directly: with a grid, all of the
+// many would be sorted for the few.
 inline constexpr std::size_t few_rows = 16;
-/// ... while that is no more than so many tests, which one thread does. A grid is searched by all.
+/// ... as long as that takes at most this many tests, since one thread does them. All threads search a grid.
 inline constexpr std::uint64_t most_tests = 1u << 20;
 
 /// Whether no grid is made.
@@ -36,11 +36,11 @@ template <int Dim, class T>
 
 /// Writes the pairs of `rows` with the boxes in the unit's columns, ascending by (a, b), and returns their
 /// end. Within one set (`cross` false) the columns hold the rows themselves, and each is tested against those
-/// behind it. Overwrites the columns behind the last box. Null if a box is NaN or inverted.
+/// after it. Overwrites the columns after the last box. Null if a box is NaN or inverted.
 template <int Dim, class T>
 using FindAmongFew = Pair* (*)(const BoxView<Dim, T>& rows, Unit<T>& unit, bool cross, Pair* out);
 
-/// For one of supported_instruction_sets(). All sets leave the same pairs.
+/// For one of supported_instruction_sets(). All sets produce the same pairs.
 template <int Dim, class T>
 FindAmongFew<Dim, T> find_among_few_with(InstructionSet set) noexcept;
 

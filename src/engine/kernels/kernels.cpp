@@ -24,7 +24,7 @@ struct CopyLists
     std::uint32_t ys = 0, zs = 0, yzs = 0, wides = 0; // wide ones are listed in Unit::wide_box
 };
 
-/// Puts the ties of a row with the candidates whose bits are set aside, in their order.
+/// Stores the ties of a row with the candidates whose bits are set, in their order.
 [[maybe_unused]] inline void defer_ties(PairOutput& out, unsigned ties, const std::uint32_t* candidates,
                                         std::uint32_t row)
 {

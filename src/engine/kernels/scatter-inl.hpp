@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// From boxes to records, one unit of them at a time. Plain loops over columns, for the compiler to vectorise.
-// No include guard: kernels.cpp includes it once per set, behind scatter_vector-inl.hpp or
+// Turns boxes into records, one unit of them at a time. Plain loops over columns, for the compiler to
+// vectorise. No include guard: kernels.cpp includes it once per set, after scatter_vector-inl.hpp or
 // scatter_plain-inl.hpp.
 
-/// Boxes [begin, begin + unit.count) into the unit's columns. Fetches those of the next unit meanwhile: past
-/// the last box that is only a hint.
+/// Loads the boxes [begin, begin + unit.count) into the unit's columns, and prefetches those of the next
+/// unit, which past the last box is harmless.
 template <int Dim, class T>
 void load(const BoxView<Dim, T>& boxes, std::size_t begin, Unit<T>& unit)
 {
@@ -39,7 +39,7 @@ struct Quantised
     std::int32_t span[3][unit_size]; // how many bricks further it reaches
     std::uint32_t word[3][unit_size];
     std::uint32_t flags[unit_size];
-    // Bits 0 and 1 say that a copy belongs into the next brick on the second and third axis; 4: more than that.
+    // Bits 0 and 1 mean a copy in the next brick on the second and third axis; 4 means more than that.
     std::uint16_t kind[unit_size];
 };
 
@@ -71,7 +71,7 @@ bool quantise_axis(const Grid<T>& grid, int p, Unit<T>& unit, Quantised& quantis
             pack_axis(copied ? 0 : -((q & (quanta - 1)) + 1), (local_hi < quanta ? local_hi : quanta) + 1);
     };
     if (grid.flat[p]) {
-        // At the origin an end is certainly behind a beginning; 0 and 0, 2 and 2 are told by the numbers.
+        // At the origin an end is certainly after a beginning; for 0 and 0, 2 and 2 the coordinates decide.
         for (std::uint32_t i = 0; i < count; ++i) {
             bad |= static_cast<std::uint32_t>(!(lo[i] <= hi[i]));
             const bool copied = (object[i] & copy) != 0;
@@ -84,7 +84,7 @@ bool quantise_axis(const Grid<T>& grid, int p, Unit<T>& unit, Quantised& quantis
         bad |= static_cast<std::uint32_t>(!(lo[i] <= hi[i]));
         T a = (lo[i] - origin) * scale;
         T b = (hi[i] - origin) * scale;
-        a = a > 0 ? a : T(0); // also where it is NaN
+        a = a > 0 ? a : T(0); // also if it is NaN
         b = b > 0 ? b : T(0);
         a = a < last ? a : last;
         b = b < last ? b : last;
@@ -155,18 +155,17 @@ void write_copies(const Grid<T>& grid, const CopyLists& lists, const Quantised& 
 /// Turns a unit of boxes into records, and lists what has to be stored where.
 ///
 /// A coordinate v becomes the quantum (v - origin) * scale, clamped to the grid and rounded down. Each of
-/// these steps is monotone, also with the machine's rounding: if v <= w, the quantum of v isn't greater than
-/// that of w. So if quanta differ, the numbers differ in the same direction. That is enough for exactness: if
-/// quanta are equal, the sweep reports a tie. -ffp-contract=off keeps compilers from rounding in other
-/// places.
+/// these steps is monotonic, rounding included: if v <= w, the quantum of v isn't greater than that of w. So
+/// if quanta differ, the coordinates differ in the same direction. That is enough for exactness: if quanta
+/// are equal, the sweep reports a tie. -ffp-contract=off keeps compilers from rounding elsewhere.
 ///
 ///     quantum     0 ...... 2^14 ...... 2 * 2^14 ...     brick = quantum >> 14
 ///     a box             |--------|                      begins in brick 0, reaches into brick 1: span 1
 ///
-/// The record of its first brick comes first, for each box in turn. Behind those come the copies of boxes
-/// that reach one brick further on the second axis, on the third, and on both: most copies are of this sort,
-/// and they are made without a branch. Boxes that reach further, or into the next brick on the sweep axis,
-/// are listed in `wide_box` for append_wide.
+/// First come the records of the first brick of each box in turn. Then come the copies of boxes that extend
+/// one brick further on the second axis, on the third, and on both: most copies are of this kind, and they
+/// are made without a branch. Boxes that extend further, or into the next brick on the sweep axis, are listed
+/// in `wide_box` for append_wide.
 template <int Dim, class T>
 void quantise(const Grid<T>& grid, Unit<T>& unit)
 {

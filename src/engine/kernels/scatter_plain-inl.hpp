@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What scatter_vector-inl.hpp does, in plain C++. No include guard: kernels.cpp includes it once per set.
+// The same as scatter_vector-inl.hpp, in plain C++. No include guard: kernels.cpp includes it once per set.
 
 /// There is no faster way to load boxes here: returns 0, the number of boxes loaded.
 template <int Dim>
@@ -8,7 +8,7 @@ inline std::uint32_t load_packed(const float*, Unit<float>&)
     return 0;
 }
 
-/// Writes the numbers of the boxes whose `kind` says that they have copies; see quantise.
+/// Writes the numbers of the boxes that have copies according to `kind`; see quantise.
 inline void list_copies(const std::uint16_t* kind, std::uint32_t count, CopyLists& lists, std::uint16_t* wide)
 {
     for (std::uint32_t i = 0; i < count; ++i) { // about one in three is listed, at random: no branches

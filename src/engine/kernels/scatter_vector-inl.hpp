@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The two steps of the scatter that Highway does better than a compiler: transposing packed boxes and listing
-// copies. On every instruction set with vectors of 128 bits, since longer ones brought nothing
+// copies. With vectors of 128 bits on every instruction set, since longer ones gained nothing
 // (docs/decisions/005). No include guard: kernels.cpp includes it once per set.
 
-/// Four boxes of floats that lie one behind the other, as columns: lo of each axis, then hi.
+/// Four consecutive boxes of floats as columns: lo of each axis, then hi.
 template <int Dim>
 HWY_ATTR inline void transpose(const float* boxes, float* const (&columns)[2 * Dim])
 {
@@ -25,8 +25,7 @@ HWY_ATTR inline void transpose(const float* boxes, float* const (&columns)[2 * D
     }
 }
 
-/// Loads boxes of floats that lie packed, four at a time, and returns how many; the rest are up to the
-/// caller.
+/// Loads packed boxes of floats, four at a time, and returns how many; the caller loads the rest.
 template <int Dim>
 inline std::uint32_t load_packed(const float* from, Unit<float>& unit)
 {
@@ -44,7 +43,7 @@ inline std::uint32_t load_packed(const float* from, Unit<float>& unit)
     return i;
 }
 
-/// Writes the numbers of the boxes whose `kind` says that they have copies; see quantise.
+/// Writes the numbers of the boxes that have copies according to `kind`; see quantise.
 HWY_ATTR inline void list_copies(const std::uint16_t* kind, std::uint32_t count, CopyLists& lists,
                                  std::uint16_t* wide)
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The sweep in plain C++, for machines and builds without vectors: four 16-bit lanes in a 64-bit word.
-// kernels.hpp says what all forms of the sweep do. No include guard: kernels.cpp includes it once.
+// kernels.hpp describes what all forms of the sweep do. No include guard: kernels.cpp includes it once.
 //
 // Bounds have 15 bits, so bit 15 of a lane is free to catch the borrow of a subtraction, the guard:
 //
@@ -8,7 +8,7 @@
 //     - 0 lo_i  | 0 lo_i    | ...     the row's lower bound in every lane
 //     = g ....  | g ....    | ...     g stays 1 where hi_j >= lo_i, and no borrow leaves a lane
 //
-// A pair whose guards all stay 1 touches or is a tie; such pairs are few, and are examined one by one.
+// A pair whose guards all stay 1 touches or is a tie; such pairs are few, and are tested one by one.
 
 /// Columns of lanes: bounds of each axis, and the flags.
 struct Columns
@@ -51,7 +51,8 @@ inline void arrange(const Record* records, SortedBrick& brick)
             const std::uint32_t i = word * 4 + k;
             const Record& record = records[i];
             for (int p = 0; p < 3; ++p) {
-                // A padding's lo becomes 0x7fff, above every hi: that alone keeps it from overlapping.
+                // The lo of padding becomes 0x7fff, above every hi, which is enough to keep it from
+                // overlapping.
                 hi[p] = (hi[p] << 16) | (i < brick.count ? record.axis[p] & 0xffff : 0);
                 lo[p] = (lo[p] << 16) | (i < brick.count ? (0u - (record.axis[p] >> 16)) & 0xffff : 0x7fff);
             }
@@ -92,7 +93,7 @@ struct Row
         unsigned mask = 0;
         for (std::uint32_t k = 0; k < 4; ++k) {
             const std::uint32_t word = j / 4 + k;
-            // The bit stays where no flag is shared.
+            // The bit stays if no flag is shared.
             std::uint64_t reach = Columns::guard - (column.flags[word] & flags);
             for (int p = 0; p < Dim; ++p)
                 reach &=

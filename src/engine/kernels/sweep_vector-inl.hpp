@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 // The sweep with vectors of 128 or 256 bits, through Highway: 16-bit columns, so that a register holds twice
-// as many candidates as with 32 bits. kernels.hpp says what all forms of the sweep do. No include guard:
+// as many candidates as with 32 bits. kernels.hpp describes what all forms of the sweep do. No include guard:
 // kernels.cpp includes it once per set.
 //
 // Tests produce a 16-bit number per row and candidate, the gap: the least overlap over the axes, negative if
 // the two are apart. Masks of 16-bit lanes and compressing are slow here, so the results of both rows are
-// packed to bits of one word. Words with hits wait in a queue until many of them are turned into pairs, for
-// which a table gives the order of the hits.
+// packed into bits of one word. Words with hits are queued until many of them are turned into pairs, in an
+// order of hits given by a table.
 
 /// As many 16-bit numbers as a register holds: one for each candidate of a step, or of half a step.
 using Words = hn::CappedTag<std::int16_t, step_size>;
@@ -47,7 +47,7 @@ HWY_ATTR inline void arrange(const Record* records, SortedBrick& brick)
     const auto flag_bits = hn::Set(d, static_cast<std::int16_t>(~index_mask >> 17));
     const std::uint32_t size = padded(brick.count);
     for (std::uint32_t i = 0; i < size; i += 8) {
-        // Of each four records both bounds on an axis, or at last both halves of the object.
+        // For each four records both bounds on an axis, and finally both halves of the object.
         hn::Vec<decltype(d4)> of_four[2][4];
         for (const std::uint32_t half : {0u, 1u}) {
             const auto load = [&](std::uint32_t k) HWY_ATTR {
@@ -82,7 +82,7 @@ HWY_ATTR inline void arrange(const Record* records, SortedBrick& brick)
 }
 
 /// Which candidates of a step touch two rows, a bit each, in the order in which registers pack them: the
-/// first eight candidates with the first row and then with the second, and so the other eight.
+/// first eight candidates with the first row, then with the second, then likewise the other eight.
 struct Hits
 {
     unsigned sure, ties;
@@ -99,7 +99,7 @@ inline unsigned of_row(unsigned hits, std::uint32_t row)
 HWY_ATTR HWY_INLINE Hits outcomes(const hn::Vec<Words> (&gap0)[parts], const hn::Vec<Words> (&gap1)[parts])
 {
     // Saturation keeps signs and zeros, so both rows' gaps fit one register of bytes. Highway's StoreMaskBits
-    // packs each mask by itself, and on SSE4 the sweep takes 6 to 11 % longer with it.
+    // packs each mask by itself, and makes the sweep 6 to 11 % slower on SSE4.
     const __m256i bytes = _mm256_packs_epi16(gap0[0].raw, gap1[0].raw);
     const auto negative = static_cast<unsigned>(_mm256_movemask_epi8(bytes));
     const auto zero =
@@ -184,7 +184,7 @@ struct Rows
         gap0 = hn::Neg(hn::And(flags, flags0));
         gap1 = hn::Neg(hn::And(flags, flags1));
         V least0, least1;
-        for (int p = 0; p < Dim; ++p) { // both rows axis by axis: few registers
+        for (int p = 0; p < Dim; ++p) { // both rows axis by axis: there are few registers
             const V hi = hn::LoadU(d, column.hi[p] + j), lo = hn::LoadU(d, column.lo[p] + j);
             const V here0 = hn::Min(hn::Add(hi, lo0[p]), hn::Add(lo, hi0[p]));
             const V here1 = hn::Min(hn::Add(hi, lo1[p]), hn::Add(lo, hi1[p]));
@@ -194,7 +194,7 @@ struct Rows
         gap0 = hn::Or(gap0, least0);
         gap1 = hn::Or(gap1, least1);
     }
-    /// Called in each step: there are too few registers for the numbers of both rows, and g++ would rather
+    /// Called in each step: there are too few registers for the values of both rows, and g++ would otherwise
     /// spill the candidates that it has just loaded.
     HWY_ATTR HWY_INLINE void stay_in_memory()
     {
@@ -211,17 +211,17 @@ struct Rows
     }
 };
 
-/// Steps with hits wait here until there are enough of them to be turned into pairs one after the other. So
-/// the steps that follow don't wait for their results, and those without hits take no time.
+/// A queue of steps with hits, until there are enough to be turned into pairs one after another. So later
+/// steps don't wait for their results, and steps without hits take no time.
 ///
-/// How many there are is up to the caller: a member would be stored and loaded in each step.
+/// The caller keeps their number: a member would be stored and loaded in each step.
 class HitQueue
 {
   public:
     static constexpr std::uint32_t capacity = 128; // so that they make no more pairs than a segment may
 
-    /// Which of a step's candidates, from `candidate` on, the rows `row` and row + 1 hit. Returns how many
-    /// steps there are then.
+    /// Adds a step: which of its candidates, from `candidate` on, the rows `row` and row + 1 hit. Returns the
+    /// new number of steps.
     HWY_ATTR HWY_INLINE std::uint32_t add(std::uint32_t steps, unsigned hits, std::uint32_t candidate,
                                           std::uint32_t row)
     {
@@ -230,7 +230,7 @@ class HitQueue
         row_[steps] = row;
         return steps + (hits != 0 ? 1 : 0);
     }
-    /// Writes the pairs; there must be room for them and a register's worth. Returns how many steps are left:
+    /// Writes the pairs; there must be room for them and one more register. Returns the number of steps left:
     /// none.
     HWY_ATTR std::uint32_t flush(std::uint32_t steps, const std::uint32_t* object, PairOutput& out)
     {
@@ -247,14 +247,14 @@ class HitQueue
   private:
     static constexpr std::uint32_t most_paired = 512;
 
-    /// Takes and returns how many pairs wait to be written. A row's hits begin at bit 0.
+    /// Takes and returns the number of pairs yet to be written. A row's hits begin at bit 0.
     HWY_ATTR HWY_INLINE std::uint32_t pair_up(std::uint32_t paired, unsigned hits,
                                               const std::uint32_t* candidates, std::uint32_t row)
     {
         const Objects d;
         const auto rows = hn::Set(d, row & object_mask);
         for (std::uint32_t k = 0; k < step_size; k += lanes32) {
-            const std::uint32_t at = k < 8 ? k : k + 8; // between its halves, the other row's
+            const std::uint32_t at = k < 8 ? k : k + 8; // the other row's are between its halves
             const unsigned part = (hits >> at) & ((1u << lanes32) - 1);
             compress(Vec<std::uint32_t>::loadu(candidates + k), part).storeu(other_of_pair_ + paired);
             hn::StoreU(rows, d, row_of_pair_ + paired);
@@ -262,7 +262,7 @@ class HitQueue
         }
         return paired;
     }
-    /// Returns how many are left: none.
+    /// Returns the number left: none.
     HWY_ATTR std::uint32_t write(std::uint32_t paired, PairOutput& out) const
     {
         const Objects d;
@@ -341,7 +341,7 @@ HWY_ATTR void test(const SortedBrick& brick, std::uint32_t row, std::uint32_t fi
                    Outcome* outcomes_of_steps)
 {
     const Columns column(brick);
-    const Rows<Dim> rows(column, row); // the second one isn't wanted
+    const Rows<Dim> rows(column, row); // the second one isn't used
     for (std::uint32_t j = first; j < last; j += step_size, ++outcomes_of_steps) {
         hn::Vec<Words> gap[parts], unwanted;
         for (std::uint32_t part = 0; part < parts; ++part)

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The sweep with AVX-512. It uses intrinsics, since Highway's types would need a cast at every step, and the
 // form for shorter vectors, compiled for AVX-512, takes 1.35 to 1.55 times as long (docs/decisions/005).
-// kernels.hpp says what all forms of the sweep do. No include guard: kernels.cpp includes it
-// once.
+// kernels.hpp describes what all forms of the sweep do. No include guard: kernels.cpp includes it once.
 //
 // A candidate is one 32-bit lane. Its word for an axis is rotated by 16 bits, so that its low half meets the
 // row's low half and one addition gives both differences:
@@ -69,7 +68,7 @@ inline Pair* emit(Pair* out, __m512i candidates, __mmask16 hits0, __m512i row0, 
     if (__builtin_expect(count > 16, 0)) {
         store(out, others0, row0, count0);
         store(out + count0, others1, row1, count - count0);
-    } else { // both rows' in one register: what is stored behind `count` will be overwritten
+    } else { // both rows' in one register: what is stored after `count` will be overwritten
         const __mmask16 second = static_cast<__mmask16>(0xffffu << count0);
         store(out, _mm512_mask_expand_epi32(others0, second, others1),
               _mm512_mask_mov_epi32(row0, second, row1), count);

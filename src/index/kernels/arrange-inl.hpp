@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: MIT
-// Puts a page's objects into leaves that are small. Plain loops, which compilers vectorise. Except
-// in the first step all numbers are integers, so that every instruction set finds the same order. No include
-// guard: kernels.cpp includes it once per set.
+// Puts a page's objects into small leaves. Plain loops, which compilers vectorise. Except in the first step
+// all numbers are integers, so that every instruction set finds the same order. No include guard: kernels.cpp
+// includes it once per set.
 
-/// The objects of a page on their way into leaves.
+/// The objects of a page, to be put into leaves.
 template <int Dim>
 struct Ordering
 {
-    /// 0 to 2^30 over the page, and at last which object it is.
+    /// 0 to 2^30 over the page; the lowest bits are the number of the object.
     alignas(64) std::int32_t column[Dim + 1][page_capacity];
 
-    /// A number that `wanted` of the keys are below, more than none and fewer than all. No two keys are the
-    /// same, none is negative, and all are below `end`; those that fill the last vector up aren't.
+    /// Returns a number that exactly `wanted` of the keys are below, more than none and fewer than all. Keys
+    /// are distinct, not negative, and below `end`, except those that pad the last vector.
     static HWY_ATTR std::int32_t bound_above(const std::int32_t* __restrict keys, std::uint32_t count,
                                              std::uint32_t wanted, std::int64_t end)
     {
-        // Where it would be if the keys between the bounds found so far were evenly spread, and, since they
-        // may not be, every other time in the middle.
+        // Its place if the keys between the bounds found so far were evenly spread; since they may not be,
+        // every other time the middle.
         std::int64_t from = 0, to = end;
         std::uint32_t below_from = 0, below_to = count;
         for (bool halve = false;; halve = !halve) {
@@ -35,7 +35,7 @@ struct Ordering
         }
     }
 
-    /// Moves the objects with keys below `bound` to the front. On both sides they stay in order.
+    /// Moves the objects with keys below `bound` to the front. Both parts keep their order.
     HWY_ATTR void part(std::uint32_t begin, std::uint32_t count, const std::int32_t* keys, std::int32_t bound)
     {
         using Numbers = Vec<std::int32_t>;
@@ -48,7 +48,7 @@ struct Ordering
             upper[k / size] = static_cast<std::uint16_t>(here & ~below);
         }
         for (auto& each : column) {
-            // What is written in excess is read already, or overwritten later.
+            // Excess writes go to places that have been read, or will be overwritten.
             std::int32_t* front = each + begin;
             alignas(64) std::int32_t others[page_capacity + size];
             std::int32_t* back = others;
@@ -82,7 +82,7 @@ struct Ordering
             low_there = low;
             axis = d;
         }
-        // 22 bits of the place, and which object it is, so that no two are the same.
+        // 22 bits of the place, and the number of the object, so that keys are distinct.
         const int shift =
             std::max(0, static_cast<int>(std::bit_width(static_cast<std::uint32_t>(widest))) - 22);
         alignas(64) std::int32_t keys[page_capacity];
@@ -153,7 +153,7 @@ HWY_ATTR void arrange(const Gathered<Dim, T>& objects, Leaf<Dim, T>* const* leav
             leaf.id[k] = objects.id[from[k]];
         }
     }
-    // Not sooner: numbers written one by one can't be read as a vector until they have reached the cache.
+    // Not earlier: numbers written one by one can't be read as a vector until they have reached the cache.
     for (std::uint32_t b = 0; b * lanes < count; ++b) {
         const Leaf<Dim, T>& leaf = *leaves[b];
         for (int d = 0; d < Dim; ++d) {
@@ -162,7 +162,7 @@ HWY_ATTR void arrange(const Gathered<Dim, T>& objects, Leaf<Dim, T>* const* leav
                 lo = min(lo, Vec<T>::load(leaf.bounds.lo[d] + k));
                 hi = max(hi, Vec<T>::load(leaf.bounds.hi[d] + k));
             }
-            // Zeros may have either sign: now they have the same on every instruction set.
+            // Zeros may have either sign; this makes it the same on every instruction set.
             hulls.lo[d][b] = min_lane(lo) + T(0);
             hulls.hi[d][b] = max_lane(hi) + T(0);
         }

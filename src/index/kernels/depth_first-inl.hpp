@@ -2,14 +2,14 @@
 // Finds everything that touches a region or a line, depth first, in the order of the tree. Compiled once per
 // instruction set, see kernels.cpp.
 
-/// Which children of a node are in reach, and which of those lie entirely inside the region, so that nothing
+/// Which children of a node are in reach, and which of those are entirely inside the region, so that nothing
 /// below them needs a test.
 struct Reach
 {
     unsigned lanes, inside;
 };
 
-/// A node on the way from the root, and the children that are yet to visit.
+/// A node on the path from the root, and the children yet to visit.
 template <int Dim, class T>
 struct Way
 {
@@ -17,7 +17,7 @@ struct Way
     Reach left;
 };
 
-/// Appends the objects in the set lanes of a leaf that are wanted; false where one will do and was found.
+/// Appends the wanted objects in the set lanes of a leaf; returns false if one is enough and was found.
 template <int Dim, class T>
 HWY_ATTR inline bool emit(const Leaf<Dim, T>& leaf, unsigned hits, Wanted wanted, Found<std::uint32_t>& out)
 {
@@ -48,8 +48,7 @@ HWY_ATTR inline bool emit(const Leaf<Dim, T>& leaf, unsigned hits, Wanted wanted
     return !(found && out.one_will_do);
 }
 
-/// Has the cache get the leaves or nodes in the given lanes: asked for together, they take hardly longer to
-/// come than one does.
+/// Prefetches the leaves or nodes in the given lanes: fetched together, they take hardly longer than one.
 template <int Dim, class T>
 HWY_ATTR HWY_INLINE void prefetch_children(const Node<Dim, T>& node, unsigned hits)
 {
@@ -62,14 +61,14 @@ HWY_ATTR HWY_INLINE void prefetch_children(const Node<Dim, T>& node, unsigned hi
     }
 }
 
-/// Calls visit(leaf, inside) for the leaves in reach, until it returns false; reach(bounds) says what of a
-/// node is. A page's leaves are visited only after the next page was entered, so that they have had time to
-/// come from memory.
+/// Calls visit(leaf, inside) for the leaves in reach, until it returns false; reach(bounds) tells which
+/// children of a node are. A page's leaves are visited only after the next page was entered, so that there is
+/// time to fetch them from memory.
 template <int Dim, class T, class ReachOf, class Visit>
 HWY_ATTR HWY_INLINE void search_depth_first(Child<Dim, T> root, const ReachOf& reach, const Visit& visit)
 {
     if (!root) return;
-    // Each node halves space at least once more than the one above it.
+    // Each node halves space at least once more than its parent.
     Way<Dim, T> way[key_digits<Dim> + 2];
     int depth = -1;
     const auto enter = [&](const Node<Dim, T>* node, bool inside) HWY_ATTR {
@@ -122,7 +121,7 @@ HWY_ATTR void search_region(Child<Dim, T> root, const Region& region, Wanted wan
         root,
         [&](const Bounds<Dim, T>& bounds) HWY_ATTR {
             const unsigned touched = region.touch(bounds);
-            // Where few children are touched, hardly one is inside: that test would cost more than it saves.
+            // If few children are touched, hardly one is inside: that test would cost more than it saves.
             return Reach{touched, std::popcount(touched) >= 4 ? region.contain(bounds) & touched : 0};
         },
         [&](const Leaf<Dim, T>& leaf, bool inside) HWY_ATTR {

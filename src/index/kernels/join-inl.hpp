@@ -2,10 +2,11 @@
 // Finds what many boxes (askers) touch, all at once. Compiled once per instruction set, see kernels.cpp.
 //
 // All askers take a step down before any takes the next. The nodes to visit next are kept in a list, so they
-// can be prefetched, and no branch depends on what was found. With a few askers to a leaf, a search one by
-// one would spend its time on mispredicted branches and on waiting for memory.
+// can be prefetched, and no branch depends on what was found. With a few askers per leaf, searching for them
+// one by one would spend its time on mispredicted branches and on waiting for memory.
 
-/// Collects touch_of(asker, leaf, lane) of all that the askers touch in `touches`, and returns how many.
+/// Collects touch_of(asker, leaf, lane) for everything that the askers touch in `touches`, and returns their
+/// number.
 template <int Dim, class T, class Item, class TouchOf>
 HWY_ATTR HWY_INLINE std::size_t find_touches(Child<Dim, T> root, const Aabb<Dim, T>* askers,
                                              std::uint32_t count, JoinWork<Dim, T>& work,
@@ -78,7 +79,7 @@ HWY_ATTR HWY_INLINE std::size_t find_touches(Child<Dim, T> root, const Aabb<Dim,
     return touched;
 }
 
-/// Where the results of each asker begin.
+/// The start of the results of each asker.
 HWY_INLINE void begins_of(const std::uint32_t* count_of, std::uint32_t count, std::size_t* begin)
 {
     std::size_t sum = 0;
@@ -95,7 +96,7 @@ HWY_ATTR void search_join(Child<Dim, T> root, const Aabb<Dim, T>* askers, std::u
     const std::size_t touched = find_touches(root, askers, count, work, work.touches,
                                              [](std::uint32_t asker, const Leaf<Dim, T>& leaf, unsigned lane)
                                                  HWY_ATTR { return Touch{asker, leaf.id[lane]}; });
-    // By asker, and ascending: a short list's ids go where the number of smaller ones says.
+    // By asker, and ascending: in a short list, the place of an id is the number of smaller ones.
     std::uint32_t* const ids = work.ids.reserve(2 * (touched + lanes)); // and room to sort them
     std::size_t begin[JoinWork<Dim, T>::most_askers];
     begins_of(work.count, count, begin);
@@ -110,7 +111,7 @@ HWY_ATTR void search_join(Child<Dim, T> root, const Aabb<Dim, T>* askers, std::u
             std::uint32_t differing = 0;
             for (std::uint32_t k = 1; k < size; ++k)
                 differing |= first[k] ^ first[0];
-            // For fewer, that many counters don't pay.
+            // For fewer ids, that many counters don't pay.
             const int digit = size < 512 ? 8 : 11;
             const std::uint32_t* const sorted = radix_sort<11>(
                 first, work.ids.data() + touched + lanes, size, [](std::uint32_t id) { return id; },

@@ -17,7 +17,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace index {
 
-/// Tells whether an object counts; null where all do.
+/// Tells whether an object counts; null if all do.
 using Wanted = FunctionRef<bool(std::uint32_t id)>;
 // Visitors, as in Queries.
 using IdVisitor = FunctionRef<bool(std::uint32_t id)>;
@@ -27,7 +27,7 @@ using PairVisitor = FunctionRef<bool(std::uint32_t a, std::uint32_t b)>;
 template <class T>
 using PairHitVisitor = FunctionRef<bool(const PairHit<T>& hit, T& bound)>;
 
-/// Where a search leaves what it finds, in any order.
+/// Where a search stores its results, in any order.
 template <class Item>
 struct Found
 {
@@ -48,11 +48,11 @@ struct Found
     }
 };
 
-/// A ray or a sweep as the kernels want it.
+/// A ray or a sweep in the form for the kernels.
 template <int Dim, class T>
 struct Line
 {
-    T lo[Dim], hi[Dim]; // the moving box at the beginning
+    T lo[Dim], hi[Dim]; // the moving box at the start
     T inverse[Dim];     // 0 on an axis without motion
     T max_fraction;
 
@@ -73,13 +73,13 @@ struct Line
     }
 };
 
-/// One of the boxes that ask together, by its number, and an object that it touches.
+/// One box of a batch, by its number, and an object that it touches.
 struct Touch
 {
     std::uint32_t asker;
     std::uint32_t id;
 };
-/// The same by where the object lies.
+/// The same by the object's place.
 template <int Dim, class T>
 struct TouchAt
 {
@@ -95,7 +95,7 @@ struct Seen
     std::uint32_t id;
 };
 
-/// Working memory and results of boxes that ask together.
+/// Working memory and results of a batch of boxes.
 template <int Dim, class T>
 struct JoinWork
 {
@@ -109,9 +109,9 @@ struct JoinWork
     Buffer<Touch> touches;
     Buffer<TouchAt<Dim, T>> touches_at;
     Buffer<Seen<Dim, T>> seen;        // by asker
-    Buffer<std::uint32_t> ids;        // those of the first asker, ascending, those of the second, ...
+    Buffer<std::uint32_t> ids;        // those of the first asker, ascending, then those of the second, ...
     std::size_t touched = 0;          // how many
-    std::uint32_t count[most_askers]; // how many of each
+    std::uint32_t count[most_askers]; // of each asker
 
     explicit JoinWork(std::pmr::memory_resource* memory)
         : nodes(memory),
@@ -130,7 +130,7 @@ struct JoinWork
     }
 };
 
-/// The k best of what a search has seen: a heap with the worst on top.
+/// The k best results of a search so far: a heap with the worst on top.
 template <class T>
 struct Best
 {
@@ -139,10 +139,10 @@ struct Best
     T limit;
 };
 
-/// How many numbers sort_few takes; it is of use for ids up to half of that.
+/// How many numbers sort_few takes; it can sort up to half as many ids.
 inline constexpr std::uint32_t most_sorted = lanes * lanes;
 
-/// The searches of one instruction set. All sets find the same.
+/// The searches of one instruction set. All sets find the same results.
 template <int Dim, class T>
 struct Kernels
 {
@@ -152,36 +152,37 @@ struct Kernels
     void (*frustum)(Root root, const Frustum<Dim, T>& region, Wanted wanted, Found<std::uint32_t>& out);
     /// For at most JoinWork::most_askers boxes.
     void (*join)(Root root, const Aabb<Dim, T>* askers, std::uint32_t count, JoinWork<Dim, T>& work);
-    /// The same, with their boxes, those of an asker in no order: for `seen` instead of `ids`.
+    /// The same, with the objects' boxes, unordered for each asker, in `seen` instead of `ids`.
     void (*around)(Root root, const Aabb<Dim, T>* askers, std::uint32_t count, JoinWork<Dim, T>& work);
-    /// Writes (asker, id) for all that the boxes touch, by lookup, then in the order of the listings, and
-    /// returns how many. Where measures are equal, `decide` tells. Needs room for `lanes` pairs a listing.
+    /// Writes (asker, id) for everything that the boxes touch, by lookup, then in the order of the listings,
+    /// and returns their number. If measures are equal, `decide` decides. Needs room for `lanes` pairs per
+    /// listing.
     std::size_t (*look_up)(const Lookup<Dim>* lookups, std::size_t count,
                            FunctionRef<bool(std::uint32_t asker, std::uint32_t id)> decide, Pair* out);
     Hit<T> (*first)(Root root, const Line<Dim, T>& line, Wanted wanted);
     void (*all)(Root root, const Line<Dim, T>& line, Wanted wanted, Found<Hit<T>>& out);
     void (*nearest)(Root root, const Aabb<Dim, T>& from, Wanted wanted, Best<T>& best);
-    // Hand over what is found below all the roots, ascending by (at, id), no further than `limit`, which the
-    // visitor may make less. Whether it never stopped them.
+    // Visit what is found below all the roots, ascending by (at, id), no further than `limit`, which the
+    // visitor may lower. Return false if the visitor stopped them.
     bool (*visit_line)(std::span<const Root> roots, const Line<Dim, T>& line, Wanted wanted,
                        HitVisitor<T> visit, QueueShelf<Dim, T>& shelf);
     bool (*visit_near)(std::span<const Root> roots, const Aabb<Dim, T>& from, T limit, Wanted wanted,
                        HitVisitor<T> visit, QueueShelf<Dim, T>& shelf);
-    // Pairs of one and the other of each of `roots`. The first two hand over those that touch, and those of
-    // which the squared distance is 0, and return whether the visitor never stopped them.
+    // Pairs between the two of each of `roots`. The first two visit those that touch, and those whose squared
+    // distance is 0, and return false if the visitor stopped them.
     bool (*pairs)(std::span<const Roots<Dim, T>> roots, PairVisitor visit);
     bool (*pairs_at_zero)(std::span<const Roots<Dim, T>> roots, PairVisitor visit);
-    /// Finds the closest that are apart.
+    /// Finds the closest pairs that are apart.
     void (*closest)(std::span<const Roots<Dim, T>> roots, ClosestAsked<T> asked, ClosestWork<Dim, T>& work);
-    /// Sorts at most `few` numbers, no two the same, ascending.
+    /// Sorts at most `few` distinct numbers, ascending.
     void (*sort_few)(std::uint32_t* numbers, std::uint32_t count);
-    /// Puts objects into leaves in which they lie close together, and the leaves' bounds into `hulls`. They
-    /// are halved by the median along the axis on which their centres are spread the widest, and so on, so
-    /// that all leaves but the last are full.
+    /// Puts objects into leaves of nearby objects, and the leaves' bounds into `hulls`. Objects are halved by
+    /// the median along the axis on which their centres are spread the widest, and so on, so that all leaves
+    /// except the last are full.
     void (*arrange)(const Gathered<Dim, T>& objects, Leaf<Dim, T>* const* leaves, Bounds<Dim, T>& hulls);
-    /// Makes the entries of the boxes [first, last), with the digits in which they differ if all lie about
-    /// where they were expected, within twice `Frame::world_quanta`. Returns whether they do; else the
-    /// entries are good for nothing.
+    /// Makes the entries of the boxes [first, last), with the digits in which they differ if all are about
+    /// where they were expected, within twice `Frame::world_quanta`. Returns whether they are; otherwise the
+    /// entries are useless.
     bool (*make_entries)(const Frame<Dim>& frame, const BoxView<Dim, T>& boxes, std::size_t first,
                          std::size_t last, KeyEntry* entries);
 };

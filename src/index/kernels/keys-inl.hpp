@@ -23,7 +23,7 @@ HWY_ATTR bool make_entries(const Frame<Dim>& frame, const BoxView<Dim, T>& boxes
                 lower[k] = boxes.lo(d, begin + k);
                 upper[k] = boxes.hi(d, begin + k);
             }
-            // As in key_of. What it cuts off is beyond anyway, or as wide as the greatest class.
+            // As in key_of. What it clamps is out of range anyway, or as wide as the greatest class.
             for (std::size_t k = 0; k < count; ++k) {
                 const auto lo = static_cast<double>(lower[k]), hi = static_cast<double>(upper[k]);
                 size[k] = size[k] > hi - lo ? size[k] : hi - lo;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Tests of 16 boxes at once: which of them touch a region, lie in it, are near, or are hit by a line. The
-// result is a bit for each lane. Compiled once per instruction set, see kernels.cpp; no include guard, on
-// purpose.
+// Tests of 16 boxes at once: which of them touch a region, are inside it, are near, or are hit by a line. The
+// result has a bit for each lane. Compiled once per instruction set, see kernels.cpp; intentionally without
+// an include guard.
 //
-// Every test is monotone in the bounds, rounding included: what holds for a box holds for every box around
-// it. So the bounds of a node are tested with the very arithmetic that defines the answer for an object, and
-// nothing is missed for lack of a tolerance.
+// Every test is monotonic in the bounds, rounding included: what holds for a box holds for every box around
+// it. So the bounds of a node are tested with the same arithmetic that defines the answer for an object, and
+// no tolerance is needed.
 
 /// Lanes that touch a box.
 template <int Dim, class T>
@@ -29,7 +29,7 @@ struct BoxRegion
 {
     const Aabb<Dim, T>& box;
     HWY_ATTR HWY_INLINE unsigned touch(const Bounds<Dim, T>& bounds) const { return touching(bounds, box); }
-    /// Lanes all of whose objects touch the region.
+    /// Lanes whose objects all touch the region.
     HWY_ATTR HWY_INLINE unsigned contain(const Bounds<Dim, T>& bounds) const
     {
         unsigned bits = 0;
@@ -46,7 +46,7 @@ struct BoxRegion
     }
 };
 
-/// The squared distances of `Vec::size` lanes from a box, or a point as one.
+/// The squared distances of `Vec::size` lanes from a box, or from a point as a box.
 template <int Dim, class T>
 HWY_ATTR HWY_INLINE Vec<T> distances(const Bounds<Dim, T>& bounds, const T* lo, const T* hi, std::uint32_t k)
 {
@@ -60,7 +60,7 @@ HWY_ATTR HWY_INLINE Vec<T> distances(const Bounds<Dim, T>& bounds, const T* lo, 
     return sum;
 }
 
-/// Lanes no further from a box than the root of `limit`; stores how far they are, squared, infinity for the
+/// Lanes no further from a box than the root of `limit`; stores their squared distances, infinity for the
 /// others.
 template <int Dim, class T>
 HWY_ATTR HWY_INLINE unsigned within(const Bounds<Dim, T>& bounds, const Aabb<Dim, T>& from, T limit, T* far)
@@ -158,7 +158,7 @@ struct LineTest
             inverse[d] = line.inverse[d];
         }
     }
-    /// Lanes met no later than at `end`; stores when, infinity for the others.
+    /// Lanes met no later than `end`; stores the fractions, infinity for the others.
     HWY_ATTR HWY_INLINE unsigned meet(const Bounds<Dim, T>& bounds, T end, T* at) const
     {
         const auto load = [&](std::size_t place, std::uint32_t k) HWY_ATTR {
@@ -168,7 +168,7 @@ struct LineTest
         unsigned bits = 0;
         for (std::uint32_t k = 0; k < lanes; k += Vec<T>::size) {
             Vec<T> enter = Vec<T>(0), leave = Vec<T>(end);
-            Vec<T> beside = Vec<T>(0); // never above 0 where an axis without motion lets pass
+            Vec<T> beside = Vec<T>(0); // never above 0 if an axis without motion overlaps
             for (int d = 0; d < Dim; ++d) {
                 const Vec<T> to_first = load(first[d], k) - Vec<T>(own_first[d]);
                 const Vec<T> to_last = load(last[d], k) - Vec<T>(own_last[d]);

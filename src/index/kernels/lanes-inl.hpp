@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
-// What is done with the lanes that a test let pass: the nearest is chosen, or all are written side by side.
-// Compiled once per instruction set, see kernels.cpp.
+// Handles the lanes that passed a test: the nearest is chosen, or all are written contiguously. Compiled once
+// per instruction set, see kernels.cpp.
 
-/// Has the cache get all of an item that will be read soon, cache line by cache line. It doesn't call
-/// `prefetch` for several bytes in base/prefetch.hpp: g++ takes that for a function without effect, and in a
-/// function for another instruction set it drops the call before it would put it inline. What it puts inline
-/// at once stays.
+/// Prefetches all cache lines of an item that will be read soon. It doesn't call `prefetch` for several bytes
+/// in base/prefetch.hpp: g++ takes that for a function without effect, and in a function for another
+/// instruction set it drops the call before inlining it. Calls that it inlines at once stay.
 template <class Item>
 HWY_ATTR HWY_INLINE void prefetch_item(const Item* item)
 {
@@ -14,8 +13,7 @@ HWY_ATTR HWY_INLINE void prefetch_item(const Item* item)
 }
 
 /// Calls write(k, lane) for the k-th of the set lanes. The first four calls are made without a branch,
-/// however few lanes are set: those in excess write something meaningless behind the last, so there must be
-/// room for 4 more.
+/// however few lanes are set: excess calls write garbage after the last, so there must be room for 4 more.
 template <class Write>
 HWY_INLINE void each_lane(unsigned hits, const Write& write)
 {
@@ -29,9 +27,9 @@ HWY_INLINE void each_lane(unsigned hits, const Write& write)
 }
 
 #if !JOSTLE_SIMD_PLAIN && HWY_TARGET == HWY_AVX3
-/// Writes (asker, id) for the ids in the set lanes, side by side. It writes 8 pairs whatever is set, and 16
-/// where more than 8 lanes are, so there must be room for those. A pair is two 32-bit numbers, the asker in
-/// the lower half of a 64-bit one: the ids that compress packs are spread to 64 bits and moved up by 32.
+/// Writes (asker, id) for the ids in the set lanes, contiguously. It always writes 8 pairs, and 16 if more
+/// than 8 lanes are set, so there must be room for those. A pair is two 32-bit numbers, the asker in the
+/// lower half of a 64-bit one: the ids that compress packs are spread to 64 bits and moved up by 32.
 HWY_ATTR HWY_INLINE void store_pairs(void* to, std::uint32_t asker, const std::uint32_t* ids, unsigned hits)
 {
     const __m512i packed = _mm512_maskz_compress_epi32(static_cast<__mmask16>(hits), _mm512_load_si512(ids));
@@ -46,7 +44,7 @@ HWY_ATTR HWY_INLINE void store_pairs(void* to, std::uint32_t asker, const std::u
 }
 #endif
 
-/// The least of `at`, which is infinite in the lanes that are not left.
+/// The least of `at`, which is infinite in the lanes not in `left`.
 template <class T>
 HWY_ATTR HWY_INLINE T nearest_of(const T* at)
 {
@@ -56,7 +54,7 @@ HWY_ATTR HWY_INLINE T nearest_of(const T* at)
     return min_lane(each);
 }
 
-/// The lanes of `left` that are no further than that.
+/// The lanes of `left` no further than that.
 template <class T>
 HWY_ATTR HWY_INLINE unsigned lanes_at(const T* at, T nearest, unsigned left)
 {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Which of the resting neighbours that were listed for a moving object it touches now. Compiled once per
-// instruction set, see kernels.cpp; listing.hpp says what a listing is.
+// Finds which of the resting neighbours listed for a moving object it touches now. Compiled once per
+// instruction set, see kernels.cpp; listing.hpp describes listings.
 
-/// What of a lookup's listing is touched; where measures are equal, perhaps.
+/// Which objects of a lookup's listing are touched, or, if measures are equal, perhaps touched.
 struct Touched
 {
     unsigned perhaps, surely;

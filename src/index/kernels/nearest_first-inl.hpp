@@ -2,19 +2,19 @@
 // The first hit of a line, and the nearest objects. The nearest node is opened first, so most of the tree is
 // never examined. Compiled once per instruction set, see kernels.cpp.
 
-/// A search for what is nearest: at each node on the way down, the lanes yet to visit and how far they are.
-/// The nearest is chosen only when it is needed; by then most of the others are too far.
+/// A search for what is nearest: for each node on the path, the lanes yet to visit and their distances. The
+/// nearest is chosen only when it is needed; by then most of the others are too far.
 template <int Dim, class T>
 struct Nearing
 {
     const Node<Dim, T>* node;
     unsigned left;
-    alignas(64) T at[lanes]; // infinite for lanes not left, while some are
+    alignas(64) T at[lanes]; // infinite for lanes not left, while any are left
 
-    /// Takes out the nearest lane left, if it is no further than `last`.
+    /// Removes and returns the nearest lane left, if it is no further than `last`.
     HWY_ATTR HWY_INLINE Child<Dim, T> next(T last)
     {
-        if ((left & (left - 1)) == 0) { // the only one, as often as not
+        if ((left & (left - 1)) == 0) { // the only one, in about half of the cases
             const int lane = std::countr_zero(left);
             left = 0;
             return at[lane] <= last ? node->child[lane] : Child<Dim, T>();
@@ -24,7 +24,7 @@ struct Nearing
             left = 0;
             return {};
         }
-        // Of several equally near the last: the keys begin with the class of size, and big boxes end a
+        // Of several equally near lanes the last: the keys begin with the size class, and big boxes end a
         // search.
         const int lane = static_cast<int>(std::bit_width(lanes_at(at, nearest, left))) - 1;
         left &= ~(1u << lane);
@@ -34,7 +34,7 @@ struct Nearing
 };
 
 /// Visits leaves in the order of their nodes' distance. enter(node's bounds, at) returns the lanes in reach
-/// and stores how far they are, infinity for the others; `last` is as far as there is something to find.
+/// and stores their distances, infinity for the others; nothing beyond `last` is wanted.
 template <int Dim, class T, class Enter, class Visit>
 HWY_ATTR HWY_INLINE void search_nearing(Child<Dim, T> root, const T& last, const Enter& enter,
                                         const Visit& visit)

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Pairs of objects of one or two trees, found by going down both at once: compiled once per instruction set,
+// Pairs of objects of one or two trees, found by descending both at once. Compiled once per instruction set,
 // see kernels.cpp.
 
-/// The lanes of a leaf or node that hold something.
+/// The non-empty lanes of a leaf or node.
 template <int Dim, class T>
 HWY_ATTR HWY_INLINE unsigned lanes_in_use(Child<Dim, T> group)
 {
@@ -27,13 +27,13 @@ HWY_INLINE Aabb<Dim, T> hull_of(const Side<Dim, T>& side)
 {
     return side.above != nullptr ? side.above->bounds.get(side.lane) : bounds_of(side.group).hull();
 }
-/// Lanes from this one on, for a group with itself: each pair once.
+/// The lanes from this one on, to find each pair of a group with itself once.
 HWY_INLINE unsigned from_lane(std::uint32_t lane)
 {
     return ~0u << lane;
 }
 
-/// As `within` for a box that may be infinite, as those of the lanes: infinity less infinity is no gap.
+/// Like `within`, but this box may be infinite, like those of the lanes: infinity minus infinity is no gap.
 template <int Dim, class T>
 HWY_ATTR HWY_INLINE unsigned apart(const Bounds<Dim, T>& bounds, const Aabb<Dim, T>& from, T limit, T* far)
 {
@@ -53,7 +53,7 @@ HWY_ATTR HWY_INLINE unsigned apart(const Bounds<Dim, T>& bounds, const Aabb<Dim,
     return bits;
 }
 
-/// Lanes that touch a box; or the square of whose distance from it is 0, which may be an underflow.
+/// Lanes that touch a box, or whose squared distance from it is 0, which may be an underflow.
 template <bool by_distance, int Dim, class T>
 HWY_ATTR HWY_INLINE unsigned beside(const Bounds<Dim, T>& bounds, const Aabb<Dim, T>& box)
 {
@@ -62,17 +62,17 @@ HWY_ATTR HWY_INLINE unsigned beside(const Bounds<Dim, T>& bounds, const Aabb<Dim
     return apart<Dim, T>(bounds, box, 0, far);
 }
 
-/// Where a search for pairs is that goes through the lanes of two groups, row by row. A row is a lane of a;
-/// where only one of the two is taken apart, as a leaf is not beside a node, the other is one lane.
+/// The state of a search for pairs in the lanes of two groups, row by row. A row is a lane of a. If only one
+/// of the two is opened (a leaf isn't, beside a node), the other counts as one lane.
 template <int Dim, class T>
 struct PairWay
 {
     Side<Dim, T> a, b;
-    unsigned rows, hits; // of a, yet to begin; of b, yet to take in the row that has begun
+    unsigned rows, hits; // of a: yet to begin; of b: yet to visit in the current row
     std::uint32_t row;
 };
 
-/// Hands over all pairs that touch, or those at distance 0; whether the visitor never stopped that.
+/// Visits all pairs that touch, or those at distance 0. Returns false if the visitor stopped it.
 template <bool by_distance, int Dim, class T>
 HWY_ATTR bool visit_touching(std::span<const Roots<Dim, T>> roots, PairVisitor visit)
 {
@@ -133,13 +133,13 @@ HWY_ATTR bool visit_touching(std::span<const Roots<Dim, T>> roots, PairVisitor v
     return true;
 }
 
-/// Finds the closest pairs that are asked for. Depth first, the nearest first; what is further than the worst
-/// of as many as are wanted isn't visited.
+/// Finds the closest pairs. Depth first, the nearest first; what is further than the worst of as many pairs
+/// as are wanted isn't visited.
 template <int Dim, class T>
 HWY_ATTR void find_closest(std::span<const Roots<Dim, T>> roots, ClosestAsked<T> asked,
                            ClosestWork<Dim, T>& work)
 {
-    // No two that are compared have both lanes in common.
+    // No two compared elements have both lanes in common.
     const auto later = [](const Two<Dim, T>& x, const Two<Dim, T>& y) {
         if (x.at != y.at) return x.at > y.at;
         return x.a.lane != y.a.lane ? x.a.lane > y.a.lane : x.b.lane > y.b.lane;
@@ -180,7 +180,7 @@ HWY_ATTR void find_closest(std::span<const Roots<Dim, T>> roots, ClosestAsked<T>
                     if (a == b) near &= from_lane(row + 1);
                     for (; near != 0; near &= near - 1) {
                         const auto lane = static_cast<std::uint32_t>(std::countr_zero(near));
-                        if (!(at[lane] > 0)) continue; // those are handed over first
+                        if (!(at[lane] > 0)) continue; // those were visited first
                         take(root, a.leaf()->id[row], b.leaf()->id[lane], at[lane]);
                     }
                 }

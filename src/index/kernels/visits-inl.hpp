@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Hits handed over one by one, in order: compiled once per instruction set, see kernels.cpp.
+// Visits hits one by one, in order. Compiled once per instruction set, see kernels.cpp.
 
-/// Which of the opened nodes comes next: among equally near objects, the one with the least id.
+/// The order of opened nodes; among equally near objects, the least id comes first.
 struct NextLane
 {
     std::uint32_t rank, lane;
@@ -20,9 +20,9 @@ HWY_ATTR HWY_INLINE NextLane next_lane(const Opened<Dim, T>& opened, T nearest)
     return {id[lane] + 1, lane};
 }
 
-/// Hands over what enter(bounds, limit, at) lets pass, ascending by (at, id). `enter` returns the lanes that
-/// are no further than the limit and stores how far they are, infinity for the others. Opened nodes wait in a
-/// priority queue, so no node is opened that is further than the last answer.
+/// Visits what passes enter(bounds, limit, at), ascending by (at, id). `enter` returns the lanes no further
+/// than the limit and stores their distances, infinity for the others. Opened nodes wait in a priority queue,
+/// so no node further than the last answer is opened.
 template <int Dim, class T, class Enter>
 HWY_ATTR HWY_INLINE bool visit_in_order(std::span<const Child<Dim, T>> roots, T limit, Wanted wanted,
                                         HitVisitor<T> visit, QueueShelf<Dim, T>& shelf, const Enter& enter)
@@ -56,7 +56,7 @@ HWY_ATTR HWY_INLINE bool visit_in_order(std::span<const Child<Dim, T>> roots, T 
             queue.put_off(nearest, next_lane(opened, nearest).rank);
         }
         if (!group.is_leaf()) {
-            // Empty lanes may be let through by infinite bounds.
+            // Infinite bounds may let empty lanes pass.
             if (const Child<Dim, T> child = group.node()->child[lane]) open(child);
             continue;
         }

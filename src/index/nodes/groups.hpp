@@ -12,7 +12,7 @@ namespace index {
 
 /// How many boxes are tested at once: one AVX-512 register of floats.
 inline constexpr std::uint32_t lanes = 16;
-/// How many objects lie together: 16 leaves of 16.
+/// The most objects of a page: 16 leaves of 16.
 inline constexpr std::uint32_t page_capacity = lanes * lanes;
 inline constexpr std::uint32_t no_id = ~std::uint32_t{0};
 
@@ -52,12 +52,12 @@ struct Bounds
         }
         return box;
     }
-    /// The least box around all lanes.
+    /// The smallest box around all lanes.
     [[nodiscard]] Aabb<Dim, T> hull() const noexcept
     {
         Aabb<Dim, T> box;
         for (int d = 0; d < Dim; ++d) {
-            // By halves, so that compilers see independent lanes.
+            // By halves, so that compilers recognise independent lanes.
             T low[lanes / 2], high[lanes / 2];
             for (std::uint32_t k = 0; k < lanes / 2; ++k) {
                 low[k] = lo[d][k] < lo[d][k + lanes / 2] ? lo[d][k] : lo[d][k + lanes / 2];
@@ -75,7 +75,7 @@ struct Bounds
     }
 };
 
-/// An object on its way from one page to another.
+/// An object that moves from one page to another.
 template <int Dim, class T>
 struct Record
 {
@@ -83,7 +83,7 @@ struct Record
     std::uint32_t id;
 };
 
-/// Objects on their way into a page, one array per bound.
+/// Objects to be put into a page, one array per bound.
 template <int Dim, class T>
 struct Gathered
 {
@@ -119,7 +119,7 @@ struct alignas(64) Leaf
     Bounds<Dim, T> bounds;
     std::uint32_t id[lanes];
 
-    /// Lanes that hold an object.
+    /// The lanes that hold an object.
     [[nodiscard]] unsigned live() const noexcept
     {
         unsigned bits = 0;
@@ -132,7 +132,7 @@ struct alignas(64) Leaf
 template <int Dim, class T>
 struct Node;
 
-/// A node or a leaf, or nothing.
+/// A node, a leaf, or null.
 template <int Dim, class T>
 class Child
 {

@@ -12,28 +12,28 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace index {
 
-/// How boxes are turned into keys. It is chosen for the first boxes. Other boxes may make it less useful, but
-/// never wrong: coordinates beyond 2^62 quanta count as 2^62, and then finer digits tell them apart.
+/// How boxes are turned into keys. It is chosen for the first boxes. For other boxes it may be less useful,
+/// but never wrong: coordinates beyond 2^62 quanta count as 2^62, and finer digits then tell them apart.
 template <int Dim>
 struct Frame
 {
     double origin[Dim] = {};
-    double scale = 1;       // quanta per unit: most of the first boxes lie within world_quanta of each other
-    double common_size = 0; // boxes bigger than this on some axis are of the classes 1, 2, ...
+    double scale = 1;       // quanta per unit: most of the first boxes are within world_quanta of each other
+    double common_size = 0; // boxes bigger than this on some axis are in the classes 1, 2, ...
     static constexpr double class_ratio = 8;
-    /// How many quanta most of the first boxes span, on the axis on which they span most: 2^42. That is
-    /// far more than any box needs to be told from the next, and leaves a factor of 2^20 up to the last
-    /// coordinate that counts, 2^62, for boxes that come later and lie outside.
+    /// How many quanta most of the first boxes span, on the axis on which they span most: 2^42. That is far
+    /// more than needed to tell any two boxes apart, and leaves a factor of 2^20 up to the greatest
+    /// coordinate, 2^62, for later boxes outside.
     static constexpr double world_quanta = 4398046511104.0;
     static constexpr std::uint32_t last_class = 7;
 };
 
-/// Where a box belongs: its class of size, its centre in quanta, for boxes within the same quanta their
-/// centres as floating-point numbers, and, for boxes in the same place, its id. A key is a string of binary
-/// digits, the highest of every axis first, that no two objects share.
+/// The place of a box in the order: its size class, its centre in quanta, for boxes within the same quanta
+/// their centres as floating-point numbers, and for boxes in the same place their ids. A key is a string of
+/// binary digits, the highest of every axis first, and is unique for each object.
 ///
-/// Quanta halve space evenly, which is good for most worlds. Where distances grow from box to box, most boxes
-/// lie within one quantum or beyond the last: the digits of a floating-point number halve its exponents.
+/// Quanta halve space evenly, which suits most worlds. If distances grow from box to box, most boxes are
+/// within one quantum or beyond the last; the digits of a floating-point number halve its exponents.
 template <int Dim>
 struct Key
 {
@@ -44,19 +44,19 @@ struct Key
 };
 
 inline constexpr int class_digits = 3, center_digits = 64; // the latter of an axis
-/// A sign, 11 digits of the exponent and 28 of the fraction, with which a centre of floats has all it has.
+/// A sign, 11 digits of the exponent and 28 of the fraction, which are all the digits of a centre of floats.
 inline constexpr int fine_digits = 40;
 template <int Dim>
 inline constexpr int key_digits = class_digits + (center_digits + fine_digits) * Dim + 32;
 
-/// Where a centre lies, in quanta.
+/// The place of a centre, in quanta.
 template <int Dim>
 [[nodiscard]] inline double place_of(const Frame<Dim>& frame, int axis, double lo, double hi) noexcept
 {
     return (0.5 * lo + 0.5 * hi - frame.origin[axis]) * frame.scale;
 }
 
-/// The first digits of a number, in an order that is that of the numbers.
+/// The first digits of a number; they have the same order as the numbers.
 [[nodiscard]] inline std::uint64_t fine_digits_of(double number) noexcept
 {
     const double unsigned_zero = number + 0.0;
@@ -66,7 +66,7 @@ template <int Dim>
     return ((bits & sign) != 0 ? ~bits : bits | sign) >> (64 - fine_digits);
 }
 
-/// The class of a box that is `size` long on its longest axis.
+/// The size class of a box that is `size` long on its longest axis.
 template <int Dim>
 [[nodiscard]] inline std::uint32_t class_of(const Frame<Dim>& frame, double size) noexcept
 {
@@ -81,7 +81,7 @@ template <int Dim, class T>
 [[nodiscard]] inline Key<Dim> key_of(const Frame<Dim>& frame, const Aabb<Dim, T>& box,
                                      std::uint32_t id) noexcept
 {
-    // Infinite bounds count as the furthest that still has a finite centre.
+    // Infinite bounds count as the furthest ones that still have a finite centre.
     constexpr double furthest = 1e300, last = 4611686018427387904.0; // 2^62
     Key<Dim> key;
     double size = 0;
@@ -98,8 +98,8 @@ template <int Dim, class T>
     return key;
 }
 
-/// The first that differs of the last `digits` digits of each axis, the highest of every axis first; one more
-/// than the last if none.
+/// The first that differs of the last `digits` digits of each axis, the highest of every axis first; one past
+/// the last if none does.
 template <int Dim>
 [[nodiscard]] inline int first_difference(const std::uint64_t (&a)[Dim], const std::uint64_t (&b)[Dim],
                                           int digits) noexcept
@@ -110,7 +110,7 @@ template <int Dim>
     return digit;
 }
 
-/// The first digit that differs; key_digits if none.
+/// The first digit that differs; key_digits if none does.
 template <int Dim>
 [[nodiscard]] inline int first_difference(const Key<Dim>& a, const Key<Dim>& b) noexcept
 {
@@ -136,8 +136,8 @@ template <int Dim>
     return (key.id >> (31 - (digit - fine_digits * Dim))) & 1;
 }
 
-/// The part of space, and the range of sizes, that a piece of the trie stands for. Most boxes whose keys
-/// begin with the digits of that piece can be recognised by it, for less than their keys would cost.
+/// The part of space, and the range of sizes, of a piece of the trie. Most boxes whose keys begin with the
+/// digits of that piece can be recognised by it, more cheaply than by computing their keys.
 template <int Dim>
 class Cell
 {
@@ -145,7 +145,7 @@ class Cell
     /// The piece whose keys have their first `digits` digits in common with `key`.
     Cell(const Frame<Dim>& frame, const Key<Dim>& key, int digits) noexcept : frame_(frame)
     {
-        constexpr int most_exact = 50; // digits of an axis that a double can tell apart with one to spare
+        constexpr int most_exact = 50; // digits of an axis that a double can tell apart, with one to spare
         const int of_center = digits - class_digits;
         useful_ = of_center >= 0 && of_center <= most_exact * Dim;
         std::fill_n(lo_, Dim, -infinity);
@@ -162,13 +162,13 @@ class Cell
             const int open = 64 - fixed;
             const std::uint64_t begin = key.center[d] >> open << open;
             lo_[d] = static_cast<double>(static_cast<std::int64_t>(begin ^ (std::uint64_t{1} << 63)));
-            // Centres are cut off towards zero: just below a negative end, they belong to the next cell.
+            // Centres are truncated towards zero: just below a negative end, they belong to the next cell.
             hi_[d] = lo_[d] + 2 * static_cast<double>(std::uint64_t{1} << (open - 1)) - 1;
         }
     }
-    /// Whether the box's key certainly begins with these digits. If this returns false the key may begin
-    /// with them all the same: for boxes on the border of the piece, for those with a NaN, and for all boxes
-    /// if the piece is too small for a double to tell its border.
+    /// Whether the box's key certainly begins with these digits. If this returns false, the key may still
+    /// begin with them: for boxes on the border of the piece, for those with a NaN, and for all boxes if the
+    /// piece is too small for the border to be represented in double.
     template <class T>
     [[nodiscard]] bool holds(const Aabb<Dim, T>& box) const noexcept
     {
@@ -207,8 +207,8 @@ template <int Dim>
     }
 }
 
-/// A box on its way into an order: some digits of its key, from the first on in which those around it differ,
-/// and its position. There are as many of each axis, below those of its class.
+/// A box to be sorted: its position, and some digits of its key, beginning with the first in which those
+/// around it differ. There are equally many for each axis, below those of its class.
 struct KeyEntry
 {
     std::uint32_t digits;

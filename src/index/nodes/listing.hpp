@@ -9,9 +9,8 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace index {
 
-/// Measures coordinates in whole numbers along a box, -1 before it and `last` + 1 behind it. A greater number
-/// never has a smaller measure: unless two measures are equal, they compare in the same way as the numbers
-/// do.
+/// Measures coordinates in whole numbers along a box, -1 before it and `last` + 1 after it. A greater
+/// coordinate never has a smaller measure: unless two measures are equal, they compare like the coordinates.
 template <int Dim, class T>
 class Ruler
 {
@@ -28,7 +27,7 @@ class Ruler
     }
     [[nodiscard]] Measure measure(int d, T x) const noexcept
     {
-        const T at = (x - box_.lo[d]) * factor_[d]; // NaN for some infinities, which are all the same then
+        const T at = (x - box_.lo[d]) * factor_[d]; // NaN for some infinities, which are then all equal
         const auto within = static_cast<Measure>(at > 0 ? (at < T(last) ? at : T(last)) : T(0));
         return x < box_.lo[d] ? Measure(-1) : x > box_.hi[d] ? Measure(last + 1) : within;
     }
@@ -38,8 +37,8 @@ class Ruler
     T factor_[Dim];
 };
 
-/// Up to 16 objects and their measures by one ruler. Reading many of them takes half as much memory traffic
-/// as reading leaves would. An empty lane touches nothing.
+/// Up to 16 objects and their measures by one ruler. Reading many of them takes half the memory traffic of
+/// reading leaves. An empty lane touches nothing.
 template <int Dim>
 struct alignas(64) Listing
 {
@@ -67,7 +66,7 @@ struct alignas(64) Listing
     }
 };
 
-/// A box inside its ruler's, and the listings around it, one behind the other.
+/// A box inside its ruler's, and the listings around it, one after another.
 template <int Dim>
 struct Lookup
 {

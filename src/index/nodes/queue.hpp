@@ -15,7 +15,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace index {
 
-/// Things that calls borrow and give back: each call has its own, also where one is made inside another or on
+/// Objects that calls borrow and give back: each call has its own, also if it is nested in another or on
 /// another thread.
 template <class Item>
 class Shelf
@@ -31,7 +31,7 @@ class Shelf
                 items_.pop_back();
                 return item;
             }
-            // Room for all that are borrowed, so that giving back allocates nothing.
+            // Has room for all borrowed objects, so that giving back allocates nothing.
             items_.reserve(++made_);
         }
         return std::make_unique<Item>(memory_);
@@ -65,7 +65,7 @@ class Shelf
     std::size_t made_ = 0;
 };
 
-/// A node or a leaf that a search has opened, and how far those of its lanes are that it hasn't come to.
+/// A node or a leaf that a search has opened, and the distances of the lanes that it hasn't visited yet.
 template <int Dim, class T>
 struct alignas(64) Opened
 {
@@ -74,8 +74,8 @@ struct alignas(64) Opened
     unsigned left;
 };
 
-/// When it is the turn of the nearest lane of what is opened: of equally near ones, nodes and leaves come
-/// before objects, as they may hold an object with a lesser id.
+/// The turn of the nearest lane of an opened group: of equally near ones, nodes and leaves come before
+/// objects, since they may hold an object with a lesser id.
 template <class T>
 struct Turn
 {
@@ -88,7 +88,7 @@ struct Turn
     }
 };
 
-/// What a queue needs beyond the room that it brings.
+/// What a queue needs beyond its own room.
 template <int Dim, class T>
 struct QueueMemory
 {
@@ -101,7 +101,7 @@ struct QueueMemory
 template <int Dim, class T>
 using QueueShelf = Shelf<QueueMemory<Dim, T>>;
 
-/// What a search has opened, the nearest first: a heap. Most searches have it all on their own stack.
+/// A heap of what a search has opened, the nearest first. Most searches have all of it on their stack.
 template <int Dim, class T>
 class Queue
 {
@@ -113,10 +113,10 @@ class Queue
 
     [[nodiscard]] bool empty() const noexcept { return size_ == 0; }
     [[nodiscard]] const Turn<T>& first() const noexcept { return turns_[0]; }
-    /// What the first turn is of; until the next call of `room`.
+    /// The group with the first turn; valid until the next call of `room`.
     [[nodiscard]] Opened<Dim, T>& opened() noexcept { return opened_[turns_[0].opened]; }
 
-    /// Room for what is opened next: fill it in, then `add` it.
+    /// Returns room for what is opened next: fill it in, then `add` it.
     [[nodiscard]] Opened<Dim, T>& room()
     {
         if (size_ == capacity_) grow();
@@ -131,9 +131,9 @@ class Queue
             turns_[k] = turns_[(k - 1) / 2];
         turns_[k] = turn;
     }
-    /// The first turn is over; what it is of has another one.
+    /// Ends the first turn; its group has another one.
     void put_off(T at, std::uint32_t rank) noexcept { sink({at, rank, turns_[0].opened}); }
-    /// The first turn is over, and it was the last.
+    /// Ends the first turn, which was its group's last.
     void remove() noexcept
     {
         const std::uint32_t unused = turns_[0].opened;
@@ -185,7 +185,7 @@ class Queue
         Turn<T> own_turns_[own_room];
     };
     Opened<Dim, T>* opened_ = own_opened_;
-    Turn<T>* turns_ = own_turns_; // a heap; behind it, the numbers of what is used no more
+    Turn<T>* turns_ = own_turns_; // a heap; after it, the numbers of unused elements
     std::uint32_t size_ = 0, used_ = 0, capacity_ = own_room;
 };
 

@@ -11,8 +11,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace index {
 
-/// A node or a leaf with the bounds of everything in it: a lane of the node above it. A root has no node
-/// above.
+/// A node or a leaf with the bounds of everything in it: a lane of its parent. A root has no parent.
 template <int Dim, class T>
 struct Side
 {
@@ -21,27 +20,27 @@ struct Side
     std::uint32_t lane;
 };
 
-/// What may hold pairs: of one side and the other, or of a group with itself.
+/// Two groups that may have pairs between them, or a group with itself.
 template <int Dim, class T>
 struct Two
 {
-    T at; // how far they are from each other, squared
+    T at; // their squared distance
     Side<Dim, T> a, b;
 };
 
-/// Whether two objects count as a pair; null where all do.
+/// Whether two objects count as a pair; null if all do.
 using PairWanted = FunctionRef<bool(std::uint32_t a, std::uint32_t b)>;
 
-/// Two roots, or one twice: then each pair counts once, with the lesser id first.
+/// Two roots, or one root twice: then each pair counts once, with the lesser id first.
 template <int Dim, class T>
 struct Roots
 {
     Child<Dim, T> a, b;
-    bool same_set;     // the lesser id goes first also where the roots differ
-    PairWanted wanted; // asked about one below a and one below b
+    bool same_set;     // the lesser id comes first also if the roots differ
+    PairWanted wanted; // called for an object below a and one below b
 };
 
-/// Working memory of a search for the closest pairs, and what it has found.
+/// Working memory and results of a search for the closest pairs.
 template <int Dim, class T>
 struct ClosestWork
 {
@@ -53,8 +52,8 @@ struct ClosestWork
     [[nodiscard]] std::uint64_t bytes() const noexcept { return twos.bytes() + best.bytes(); }
 };
 
-/// Which pairs a search for the closest looks for: the first `wanted` that are apart, behind `after` in order
-/// and no further than the limit.
+/// Which pairs a search for the closest finds: the first `wanted` that are apart, come after `after` in
+/// order, and are no further than the limit.
 template <class T>
 struct ClosestAsked
 {

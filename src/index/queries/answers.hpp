@@ -59,7 +59,7 @@ struct ItemOf<Sweep<Dim, T>>
     using Item = Hit<T>;
 };
 
-// Both queries for the nearest, as one: a point is a box.
+// Both queries for the nearest as one: a point is a box.
 template <int Dim, class T>
 Aabb<Dim, T> from_of(const Nearest<Dim, T>& query) noexcept
 {
@@ -71,7 +71,7 @@ const Aabb<Dim, T>& from_of(const NearestToBox<Dim, T>& query) noexcept
     return query.box;
 }
 
-/// What a visitor says that nothing counts beyond, taken over if it is less. It is about this object.
+/// Takes over the bound that a visitor has set for this object, if it is lower.
 template <class T>
 void shrink(T& bound, T wish, std::uint32_t id)
 {
@@ -81,7 +81,7 @@ void shrink(T& bound, T wish, std::uint32_t id)
         detail::throw_bad_bound(id);
 }
 
-/// Results on their way to the end of a vector.
+/// Results to be appended to a vector.
 template <class Items>
 struct IntoVector : Found<typename Items::value_type>
 {
@@ -96,7 +96,7 @@ struct IntoVector : Found<typename Items::value_type>
     }
 };
 
-/// Results that are only counted.
+/// Counts results without storing them.
 template <class Item>
 struct IntoCount : Found<Item>
 {
@@ -109,10 +109,11 @@ struct IntoCount : Found<Item>
     }
 };
 
-/// The filter of a search for the nearest objects of a tree. One that refuses nearly all makes a search come
-/// by all, each anywhere in memory. So after many were refused it is asked about all in the order of their
-/// ids, which costs about a plain loop, and if it wants few the search ends, and they are what there is to
-/// find. Only where any object may be a result: nothing is too far, and fewer were found than are asked for.
+/// The filter of a search for the nearest objects of a tree. If it rejects nearly all objects, the search
+/// visits all of them, scattered over memory. So after many were rejected the filter is called for all
+/// objects in the order of their ids, which costs about a plain loop. If it accepts few, the search ends, and
+/// these are the candidates. This is done only while any object may be a result: nothing is too far, and
+/// fewer were found than are wanted.
 template <int Dim, class T>
 class OfFew
 {
@@ -128,7 +129,7 @@ class OfFew
         if (++refused_ == most_refused_ && best_.limit == infinity) look_for_all();
         return false;
     }
-    /// After the search: finds what it has left.
+    /// Called after the search: finds what is missing.
     void finish(const Aabb<Dim, T>& from)
     {
         if (!knows_all_) return;
@@ -154,7 +155,7 @@ class OfFew
     }
     void take(const Hit<T>& hit)
     {
-        if (!(hit.at <= best_.limit)) return; // nor what is no number
+        if (!(hit.at <= best_.limit)) return; // nor is NaN
         if (best_.size == best_.wanted) {
             if (!(hit < best_.heap[0])) return;
             std::pop_heap(best_.heap, best_.heap + best_.size--);
@@ -175,13 +176,13 @@ class OfFew
     std::uint32_t ids_[most];
 };
 
-/// Answers queries that have been checked: about the objects of one tree, or of two as if they were one.
+/// Answers checked queries about the objects of one tree, or of two as if they were one.
 template <int Dim, class T>
 class Answers
 {
   public:
     /// The box of an object that is no longer where the first tree has it, and is found in the other tree
-    /// instead, or in none if the box is NaN. Null for an object that is where it was.
+    /// instead, or in none if the box is NaN. Null for an object that hasn't moved.
     using Elsewhere = FunctionRef<const Aabb<Dim, T>*(std::uint32_t id)>;
 
     /// `other` and `elsewhere` may be null.
@@ -211,7 +212,7 @@ class Answers
             const Hit<T> hit = kernels_.first(root, line, here);
             if (hit.id == Hit<T>::none || (best.id != Hit<T>::none && !(hit < best))) return true;
             best = hit;
-            line.max_fraction = hit.at; // what is as far and has a lesser id counts
+            line.max_fraction = hit.at; // an equally far object with a lesser id counts
             return true;
         });
         return best;
@@ -259,7 +260,7 @@ class Answers
         std::sort_heap(found, found + count);
         out.resize(before + count);
     }
-    /// The nearest of all; `none` if there is none.
+    /// The nearest object; `none` if there is none.
     template <class Query>
     Hit<T> nearest(const Query& query, Wanted wanted) const
     {
@@ -267,7 +268,7 @@ class Answers
         if (query.count != 0) (void)find_nearest(query, wanted, 1, &found);
         return found;
     }
-    /// Hands over all in order, as long as the visitor returns true; whether it always did.
+    /// Visits all answers in order until the visitor returns false. Returns false if it did.
     template <class Query>
     bool visit_in_order(const Query& query, Wanted wanted, HitVisitor<T> visit) const
     {
@@ -278,7 +279,7 @@ class Answers
         bool goes_on = true;
         Hit<T> last;
         const auto checked = [&](const Hit<T>& hit, T& bound) {
-            if (elsewhere_) { // who lies in both trees comes twice; side by side, if as far
+            if (elsewhere_) { // an object in both trees comes twice, in succession if equally far
                 const Aabb<Dim, T>* const box = elsewhere_(hit.id);
                 if (box != nullptr && (hit == last || !is_at(query, *box, hit.at))) return true;
                 last = hit;
@@ -300,7 +301,7 @@ class Answers
     template <class Region>
     bool visit(const Region& region, Wanted wanted, IdVisitor visit) const
     {
-        // A search for any one object goes on as long as each is refused, here after it was handed over.
+        // A search for any one object continues while each is rejected, here after the visitor got it.
         bool goes_on = true;
         const auto refuse_all = [&](std::uint32_t id) {
             if (goes_on && (!wanted || wanted(id))) goes_on = visit(id);
@@ -311,7 +312,7 @@ class Answers
     }
 
   private:
-    /// Calls body(root, wanted) with what counts there, until it returns false.
+    /// Calls body(root, wanted) with a predicate for that tree, until it returns false.
     template <class Body>
     void each_root(Wanted wanted, const Body& body) const
     {
@@ -323,7 +324,7 @@ class Answers
             if (!body(roots_[k], here)) break;
         }
     }
-    /// A heap of the nearest; how many there are, at most `most`.
+    /// A heap of the nearest, at most `most`. Returns their number.
     template <class Query>
     std::uint32_t find_nearest(const Query& query, Wanted wanted, std::uint32_t most, Hit<T>* heap) const
     {
@@ -340,7 +341,7 @@ class Answers
         });
         return best.size;
     }
-    /// Whether this is what the query says of the box. A box of NaN is nowhere.
+    /// Whether the query finds the box at this value. A box of NaN is never found.
     template <class Query>
     static bool is_at(const Query& query, const Aabb<Dim, T>& box, T at) noexcept
     {
@@ -386,7 +387,7 @@ class Answers
         });
         return found.count;
     }
-    /// What was appended from `begin` on.
+    /// Sorts what was appended from `begin` on.
     template <class Items>
     void sort(Items& items, std::size_t begin) const
     {
@@ -412,16 +413,16 @@ class Answers
     std::uint64_t id_end_;
 };
 
-/// Whether a query hands its answers to a visitor, and in which order.
+/// Whether a query calls a visitor, and in which order.
 enum class Visits
 {
     no,
     in_order,
     in_own_order,
-    in_join // to none, but the structure is in use by the query itself
+    in_join // no visitor, but the query itself uses the structure
 };
 
-/// How the queries of a batch are shared out.
+/// How the queries of a batch are distributed.
 inline ProcessOptions of_batch(Executor& executor) noexcept
 {
     return {&executor, 32};

@@ -18,7 +18,7 @@ namespace {
 
 constexpr const char* axis_name[] = {".x", ".y", ".z"};
 
-/// What a message begins with: "ray 7: " in a batch, else "ray: ".
+/// The start of a message: "ray 7: " in a batch, otherwise "ray: ".
 class Report
 {
   public:
@@ -38,8 +38,8 @@ class Report
     std::uint64_t number_;
 };
 
-// A ray takes 200 ns, so what is tested of every query is inlined and has no branch that depends on signs;
-// what raises is apart.
+// A ray takes 200 ns, so the tests of every query are inlined and have no branch that depends on signs; the
+// code that throws is separate.
 
 template <class T>
 bool finite(T value)
@@ -74,7 +74,7 @@ void check_not_negative(T value, const char* what, std::uint64_t number, const c
     if (!(value >= 0)) raise_negative(value, what, number, name);
 }
 
-/// A distance is compared by its square, which must say what the distance does.
+/// A distance is compared by its square, which mustn't overflow or underflow.
 template <class T>
 void check_distance(T value, const char* what, std::uint64_t number, const char* name)
 {
@@ -116,7 +116,7 @@ template <class T>
            << ", and 1 divided by that is not finite; scale it up";
     report.raise(ErrorCode::invalid_argument);
 }
-/// A line counts as without motion on an axis where 1 / motion isn't finite; this one has some.
+/// A line has no motion on an axis where 1 / motion isn't finite; this one has some motion.
 template <int Dim, class T>
 void check_motion(const Vec<Dim, T>& motion, const char* what, std::uint64_t number, const char* name,
                   const char* instead)

@@ -11,8 +11,8 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace index {
 
-// Each throws the `Error` for a query that can't be answered; `number` is its place in the batch, or
-// Error::no_index for a single one.
+// Each throws the `Error` for an invalid query; `number` is its position in the batch, or Error::no_index for
+// a single one.
 template <int Dim, class T>
 void check(const Ray<Dim, T>& ray, std::uint64_t number);
 template <int Dim, class T>
@@ -28,11 +28,11 @@ void check(const Nearest<Dim, T>& nearest, std::uint64_t number);
 template <int Dim, class T>
 void check(const NearestToBox<Dim, T>& nearest, std::uint64_t number);
 
-/// How far apart pairs may be.
+/// Checks how far apart pairs may be.
 template <class T>
 void check_max_distance(T max_distance);
 
-/// Of a batch.
+/// For a batch.
 template <class Query>
 void check_all(std::span<const Query> queries)
 {
@@ -44,11 +44,11 @@ void check_all(std::span<const Query> queries)
 template <int Dim, class T>
 void check_joined(const BoxView<Dim, T>& boxes);
 
-/// Throws unless there is room for a result of each query.
+/// Throws unless there is room for one result per query.
 void check_room(std::size_t queries, std::size_t results);
 
-/// Throws unless the arrays cover all ids below `ids` and belong together. `number` is the query's in a
-/// batch with a filter for each.
+/// Throws unless the arrays cover all ids below `ids` and are complete. `number` is the query's in a batch
+/// with a filter for each.
 void check(const QueryFilter& filter, std::uint64_t ids, std::uint64_t number = Error::no_index);
 
 } // namespace index

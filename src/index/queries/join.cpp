@@ -14,14 +14,14 @@ namespace index {
 namespace {
 
 constexpr std::uint32_t positions_per_claim = 4096;
-// Fewer boxes than this per thread are not worth waking one.
+// For fewer boxes than this per thread, waking a thread doesn't pay.
 constexpr std::uint32_t boxes_per_thread = 128;
 
-// Boxes that touch this many each are asked one by one: then walking together saves nothing, and what each
-// finds needn't be told from what the others find. The answer is the same.
+// Boxes that touch this many each are searched one by one: then searching together saves nothing, and the
+// results needn't be separated by box. The answer is the same.
 constexpr std::size_t many_touched = 40;
 
-/// Ids on their way to the end of a buffer.
+/// Ids to be appended to a buffer.
 struct IntoBuffer : Found<std::uint32_t>
 {
     Buffer<std::uint32_t>& to;
@@ -53,7 +53,7 @@ struct Join<Dim, T>::Slot
     Buffer<std::uint32_t> ids; // of all askers so far
     Buffer<Seen<Dim, T>> seen; // or these
     std::size_t found = 0;
-    bool one_by_one = false; // as the last boxes touched many
+    bool one_by_one = false; // because the last boxes touched many
 };
 
 template <int Dim, class T>

@@ -13,9 +13,9 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace index {
 
-/// Finds what each of a batch of boxes touches: the boxes are put in an order in which neighbours follow each
-/// other and searched for 16 at a time, then the results are put back in the order of the batch. Keeps its
-/// working memory.
+/// Finds what each of a batch of boxes touches: the boxes are ordered so that neighbours follow each other,
+/// and searched 16 at a time; then the results are put back in the order of the batch. Keeps its working
+/// memory.
 template <int Dim, class T>
 class Join
 {
@@ -23,7 +23,7 @@ class Join
     explicit Join(const IndexOptions& options);
     ~Join();
 
-    /// Writes the pairs where `make_room`, called once with their number, says that there is room for them.
+    /// Writes the pairs to the room that `make_room` returns, which is called once with their number.
     void run(const Tree<Dim, T>& tree, Executor& executor, const BoxView<Dim, T>& boxes,
              FunctionRef<Pair*(std::size_t pairs)> make_room);
     /// What each of the boxes touches, for `around`.
@@ -36,7 +36,7 @@ class Join
   private:
     struct Slot;
     const std::uint64_t* order(const Tree<Dim, T>& tree, const BoxView<Dim, T>& boxes);
-    /// Searches for all boxes, and leaves the results with the slots; lists_ says where.
+    /// Searches for all boxes, and leaves the results with the slots; lists_ tells where.
     void ask_all(const Tree<Dim, T>& tree, Executor& executor, const BoxView<Dim, T>& boxes, bool with_boxes);
     void ask(std::uint32_t slot, const Tree<Dim, T>& tree, const BoxView<Dim, T>& boxes, bool with_boxes,
              const std::uint64_t* order, std::uint32_t begin, std::uint32_t end);

@@ -14,9 +14,9 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace index {
 
-/// Hands over pairs no further apart than the root of `limit`, the closest first: those at 0 as they are
-/// found, then a few of the others, then four times as many, and so on, each time by a search with the
-/// visitor's present bound. Returns whether the visitor never stopped it.
+/// Visits pairs no further apart than the root of `limit`, the closest first: those at 0 as they are found,
+/// then a few of the others, then four times as many, and so on, each time by a search with the visitor's
+/// present bound. Returns false if the visitor stopped it.
 template <int Dim, class T>
 bool visit_closest(const Kernels<Dim, T>& kernels, std::span<const Roots<Dim, T>> roots, T limit,
                    PairHitVisitor<T> visit, Shelf<ClosestWork<Dim, T>>& shelf)
@@ -32,7 +32,7 @@ bool visit_closest(const Kernels<Dim, T>& kernels, std::span<const Roots<Dim, T>
     const auto at_zero = [&](std::uint32_t a, std::uint32_t b) { return hand_over({a, b, T(0)}); };
     if (!kernels.pairs_at_zero(roots, at_zero)) return goes_on;
 
-    /// Given back whatever happens.
+    /// Given back also if something throws.
     struct Borrowed
     {
         Shelf<ClosestWork<Dim, T>>& from;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The verbs of Queries about boxes, once for a BoxIndex and a World. The Implementation of each says how it
-// is asked:
+// The verbs of Queries about boxes, once for a BoxIndex and a World. The Implementation of each provides:
 //
 //   Asking(implementation, filter, visits)    one query
 //     .answers()                              who searches
@@ -239,8 +238,8 @@ Executor& Queries<Structure, Dim, T, Id, Filter>::executor() const noexcept
     return structure().implementation_->executor();
 }
 
-// A source file ends by compiling them, for `Base`, an alias of Queries by dimensions and coordinates, and
-// the structure's own filter.
+// A source file ends by instantiating them, for `Base`, an alias of Queries by dimension and coordinate type,
+// and the structure's filter.
 #define JOSTLE_COMPILE_VISIT(Base, Filter, Dim, T, Query)                                                    \
     template JOSTLE_API bool Base<Dim, T>::visit(const Query<Dim, T>&,                                       \
                                                  Base<Dim, T>::Visitor<Base<Dim, T>::Answer<Query<Dim, T>>>, \

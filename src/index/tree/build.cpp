@@ -17,7 +17,7 @@ namespace index {
 
 namespace {
 
-/// The objects of a tree on their way into pages.
+/// The objects of a tree, to be put into pages.
 template <int Dim, class T>
 struct Building
 {
@@ -32,8 +32,8 @@ struct Building
     }
 };
 
-/// Makes the forks and pages of some entries, which are sorted but for the last digits; what is in the pages
-/// comes later.
+/// Makes the forks and pages of some entries, which are sorted except for the last digits; the pages are
+/// filled later.
 template <int Dim, class T>
 Ref divide(Parts<Dim, T>& parts, Building<Dim, T>& building, std::size_t begin, std::size_t end,
            std::uint32_t parent, int unsorted)
@@ -73,7 +73,7 @@ Ref divide(Parts<Dim, T>& parts, Building<Dim, T>& building, std::size_t begin, 
     return number;
 }
 
-/// Puts its objects into a page.
+/// Fills a page with its objects.
 template <int Dim, class T>
 void fill(Parts<Dim, T>& parts, const Building<Dim, T>& building, std::size_t which)
 {
@@ -83,7 +83,7 @@ void fill(Parts<Dim, T>& parts, const Building<Dim, T>& building, std::size_t wh
     for (std::uint32_t b = 0; b < page.leaves; ++b)
         for (std::size_t line = 0; line < sizeof(Leaf<Dim, T>); line += cache_line)
             prefetch_to_write(reinterpret_cast<std::byte*>(&parts.leaves[page.leaf[b]]) + line);
-    constexpr std::size_t ahead = 24; // boxes on their way from memory, and as many ids more
+    constexpr std::size_t ahead = 24; // boxes being fetched from memory, and as many ids beyond
     const std::size_t last = order.entries.size() - 1;
     Gathered<Dim, T> objects;
     for (std::size_t at = first; at < first + page.count; ++at) {
@@ -99,7 +99,7 @@ void fill(Parts<Dim, T>& parts, const Building<Dim, T>& building, std::size_t wh
     arrange(parts, number, objects);
 }
 
-/// Makes the wide nodes below a fork and decides where it is cut.
+/// Makes the wide nodes below a fork and decides where the trie is cut.
 template <int Dim, class T>
 void cut_below(Parts<Dim, T>& parts, Ref ref)
 {

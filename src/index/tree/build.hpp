@@ -12,7 +12,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace index {
 
-/// Working memory of building: nothing is in it before or afterwards.
+/// Working memory for building, empty before and afterwards.
 struct BuildMemory
 {
     struct Plan
@@ -36,9 +36,9 @@ struct BuildMemory
     }
 };
 
-/// Fills a tree that is empty, whose `page_of` has room for the ids (without ids, for the boxes' positions):
-/// all objects are sorted by the leading digits of their keys, on all threads, and the sequence is cut into
-/// pages. If it throws, the parts are to be cleared.
+/// Fills an empty tree whose `page_of` has room for the ids (without ids, for the boxes' positions): all
+/// objects are sorted by the leading digits of their keys, on all threads, and the sequence is cut into
+/// pages. If it throws, the parts must be cleared.
 template <int Dim, class T>
 void build(Parts<Dim, T>& parts, std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes,
            BuildMemory& memory);

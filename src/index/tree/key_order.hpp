@@ -19,7 +19,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace index {
 
-/// A frame for these boxes, and for others that lie about where they do.
+/// A frame for these boxes, and for others about where they are.
 template <int Dim, class T>
 Frame<Dim> choose_frame(const BoxView<Dim, T>& boxes)
 {
@@ -32,7 +32,8 @@ Frame<Dim> choose_frame(const BoxView<Dim, T>& boxes)
     double world = 0;
     for (int d = 0; d < Dim; ++d) {
         for (std::size_t k = 0; k < samples; ++k) {
-            // Somewhere in the k-th part of all: regular patterns of the user's mustn't show.
+            // A pseudo-random place in the k-th part of all, so that regular patterns in the user's data
+            // don't matter.
             const std::size_t begin = boxes.size() * k / samples, end = boxes.size() * (k + 1) / samples;
             const std::size_t i =
                 begin + static_cast<std::size_t>(((k + 1) * 0x9e3779b97f4a7c15u) >> 32) % (end - begin);
@@ -57,7 +58,7 @@ Frame<Dim> choose_frame(const BoxView<Dim, T>& boxes)
     frame.scale = Frame<Dim>::world_quanta / world;
     for (double& origin : frame.origin)
         origin -= world;
-    // Sixteen to a page's edge if most have no size.
+    // Sixteen to a page's edge if most have zero size.
     frame.common_size = std::max(8 * common, world * 1e-4);
     return frame;
 }
@@ -76,7 +77,7 @@ struct KeyMemory
     }
 };
 
-/// Boxes on their way into an order along space: sorted by the digits of their keys as far as is needed.
+/// Boxes to be sorted along space, by the digits of their keys as far as needed.
 template <int Dim, class T>
 struct KeyOrder
 {
@@ -110,7 +111,7 @@ struct KeyOrder
         return key_of(frame, boxes[entry.box], id(entry));
     }
 
-    /// Works on the parts of some entries, which depend on their number alone: body(part, first, last).
+    /// Calls body(part, first, last) for the parts of some entries, which depend only on their number.
     template <class Body>
     void in_parts(std::size_t count, const Body& body) const
     {
@@ -122,9 +123,9 @@ struct KeyOrder
     static constexpr std::size_t most_parts = 8;
     static constexpr int per_axis = entry_digits<Dim>;
 
-    /// Makes the entries, with the digits that they differ in if all boxes lie about where they were
-    /// expected, within twice `Frame::world_quanta`; else without digits, so that `look_closer` is asked
-    /// next.
+    /// Makes the entries, with the digits in which they differ if all boxes are about where they were
+    /// expected, within twice `Frame::world_quanta`; otherwise without digits, so that `look_closer` is
+    /// called next.
     void make_entries()
     {
         bool beyond[most_parts] = {};
@@ -203,7 +204,8 @@ struct KeyOrder
         return std::accumulate(parts, parts + most_parts, 0u, std::bit_or<>());
     }
 
-    /// Whether two entries have the same digits but for the last `unsorted`, of which there are at most 32.
+    /// Whether two entries have the same digits except for the last `unsorted`, of which there are at most
+    /// 32.
     [[nodiscard]] static bool same_place(const Entry& a, const Entry& b, int unsorted) noexcept
     {
         return std::uint64_t{a.digits ^ b.digits} >> unsorted == 0;
@@ -211,7 +213,7 @@ struct KeyOrder
     static constexpr int all_digits = 32;
 
     /// Sorts entries by a few digits, mostly enough that not many more than `to_a_cell` have the same ones.
-    /// Returns how many low digits it didn't look at.
+    /// Returns the number of low digits that it ignored.
     int sort(std::size_t begin, std::size_t end, std::size_t to_a_cell)
     {
         constexpr int most_digits = 16;
@@ -222,17 +224,17 @@ struct KeyOrder
         }
         const int wanted = std::min(static_cast<int>(std::bit_width((end - begin) / to_a_cell)), most_digits);
         const int shift = std::max(0, static_cast<int>(std::bit_width(differ)) - wanted);
-        // In two passes: what is written to hundreds of places at a time stays in the cache.
+        // In two passes, so that writes to hundreds of places at a time stay in the cache.
         const int low = (wanted + 1) / 2;
         pass(entries.subspan(begin, end - begin), sorted.subspan(begin, end - begin), shift, low);
         pass(sorted.subspan(begin, end - begin), entries.subspan(begin, end - begin), shift + low, low);
         return shift;
     }
-    /// Sorts by `digits` of the digits from `shift` on; what has the same ones keeps its order.
+    /// Sorts by `digits` digits from `shift` on; stable.
     void pass(std::span<Entry> from, std::span<Entry> to, int shift, int digits) const
     {
         constexpr std::size_t most_cells = 256;
-        std::uint32_t places[most_parts * most_cells] = {}; // by part and digits: how many, then where to
+        std::uint32_t places[most_parts * most_cells] = {}; // by part and digits: counts, then destinations
         const std::size_t cells = std::size_t{1} << digits;
         const auto cell_of = [&](const Entry& entry) {
             return static_cast<std::size_t>(entry.digits >> shift) & (cells - 1);

@@ -63,7 +63,7 @@ template <int Dim, class T>
 void put(Parts<Dim, T>& parts, std::uint32_t number, std::uint32_t id, const Aabb<Dim, T>& box) noexcept
 {
     Page<Dim, T>& page = parts.pages[number];
-    // Where it makes the bounds grow least.
+    // Into the leaf whose bounds it enlarges least.
     std::uint32_t best = lanes;
     T least = std::numeric_limits<T>::infinity();
     for (std::uint32_t b = 0; b < page.leaves; ++b) {
@@ -92,7 +92,7 @@ void put(Parts<Dim, T>& parts, std::uint32_t number, std::uint32_t id, const Aab
     leaf.id[lane] = id;
     page.live[best] = static_cast<std::uint16_t>(page.live[best] | (1u << lane));
     page.changed = static_cast<std::uint16_t>(page.changed | (1u << best));
-    // The next object of this batch is to see it.
+    // So that the next object of this batch sees it.
     for (int d = 0; d < Dim; ++d) {
         page.node.bounds.lo[d][best] = std::min(page.node.bounds.lo[d][best], box.lo[d]);
         page.node.bounds.hi[d][best] = std::max(page.node.bounds.hi[d][best], box.hi[d]);

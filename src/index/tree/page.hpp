@@ -8,7 +8,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace index {
 
-// What lies in a page: up to 256 objects in up to 16 leaves. Pages are named by their numbers.
+// The contents of a page: up to 256 objects in up to 16 leaves. Pages are named by their numbers.
 
 /// An object's place in its page.
 struct Place
@@ -16,7 +16,7 @@ struct Place
     std::uint32_t leaf, lane;
 };
 
-/// Room for one more page, in the pool and among those that are listed.
+/// Makes room for one more page, in the pool and in the list.
 template <int Dim, class T>
 void reserve_page(Parts<Dim, T>& parts)
 {
@@ -25,27 +25,28 @@ void reserve_page(Parts<Dim, T>& parts)
         parts.listed.reserve(2 * parts.pages.in_use() + 64);
 }
 
-/// An empty page, from the pool, which has one.
+/// Takes an empty page from the pool, which has one.
 template <int Dim, class T>
 std::uint32_t new_page(Parts<Dim, T>& parts, const Key<Dim>& key) noexcept;
 
-/// Gives a page and its leaves back to the pools.
+/// Returns a page and its leaves to the pools.
 template <int Dim, class T>
 void give_page(Parts<Dim, T>& parts, std::uint32_t number) noexcept;
 
-/// Where an object is that lies in the page.
+/// The place of an object of the page.
 template <int Dim, class T>
 Place find(const Parts<Dim, T>& parts, std::uint32_t number, std::uint32_t id) noexcept;
 
-/// Has the page finished at the end of the change; there is room in the list.
+/// Lists the page to be finished at the end of the change. There is room in the list.
 template <int Dim, class T>
 void list(Parts<Dim, T>& parts, std::uint32_t number) noexcept;
 
-/// Adds an object to a page that has room for it, and for a leaf if it needs one. `page_of` is the caller's.
+/// Adds an object to a page that has room for it, and for a leaf if it needs one. The caller updates
+/// `page_of`.
 template <int Dim, class T>
 void put(Parts<Dim, T>& parts, std::uint32_t number, std::uint32_t id, const Aabb<Dim, T>& box) noexcept;
 
-/// Takes an object out of its page; its lane stays empty until another takes it.
+/// Removes an object from its page; its lane stays empty until another takes it.
 template <int Dim, class T>
 void remove_one(Parts<Dim, T>& parts, std::uint32_t number, std::uint32_t id) noexcept;
 
@@ -53,12 +54,11 @@ void remove_one(Parts<Dim, T>& parts, std::uint32_t number, std::uint32_t id) no
 template <int Dim, class T>
 void gather(const Parts<Dim, T>& parts, std::uint32_t number, Gathered<Dim, T>& objects) noexcept;
 
-/// How big the leaves of a page are: their edges together.
+/// The size of the leaves of a page: the sum of their edges.
 template <int Dim, class T>
 T spread_of(const Page<Dim, T>& page) noexcept;
 
-/// Puts objects into a page in order, instead of those that were in it. The leaves come from the pool, and go
-/// back to it.
+/// Replaces the objects of a page by these, in order. Leaves come from the pool, and go back to it.
 template <int Dim, class T>
 void arrange(Parts<Dim, T>& parts, std::uint32_t number, const Gathered<Dim, T>& objects) noexcept;
 

@@ -21,8 +21,8 @@ inline constexpr std::uint32_t none = ~std::uint32_t{0};
 using Ref = std::uint32_t;
 inline constexpr Ref page_bit = 1u << 31;
 
-/// Up to 256 objects whose keys begin with the same digits: an end of the trie. They lie in up to 16 leaves,
-/// which are the children of the page's node.
+/// Up to 256 objects whose keys begin with the same digits: a leaf of the trie. They are in up to 16 leaves
+/// of the index, which are the children of the page's node.
 template <int Dim, class T>
 struct Page
 {
@@ -30,21 +30,21 @@ struct Page
     std::uint32_t leaf[lanes]; // numbers of the leaves, in the order of the node's lanes
     std::uint16_t live[lanes]; // which lanes of each leaf hold an object
     std::uint32_t leaves, count;
-    std::uint32_t disorder;       // objects that came or went since it was put in order
-    std::uint16_t changed;        // leaves whose bounds must be found anew
+    std::uint32_t disorder;       // objects added or removed since it was sorted
+    std::uint16_t changed;        // leaves whose bounds must be recomputed
     bool listed, used;            // in the list of pages to be finished; not given back
-    bool was_split;               // by the change under way
-    bool drifted;                 // its leaves have become much bigger since it was put in order
-    T spread;                     // how big its leaves were then: their edges together
+    bool was_split;               // by the current change
+    bool drifted;                 // its leaves have become much bigger since it was sorted
+    T spread;                     // the size of its leaves then: the sum of their edges
     std::uint32_t parent;         // in the trie
     std::uint32_t wide;           // the wide node that it is a child of ...
-    std::uint32_t lane;           // ... and where there
-    Key<Dim> key;                 // of some object that is or was in it: tells its place in the trie
-    std::uint16_t leaving[lanes]; // while the tree follows: who belongs elsewhere, or nowhere
+    std::uint32_t lane;           // ... and its place there
+    Key<Dim> key;                 // of some present or former object: determines its place in the trie
+    std::uint16_t leaving[lanes]; // while the tree follows: objects that belong elsewhere, or nowhere
     Aabb<Dim, T> hull;
 };
 
-/// Where the trie forks: keys below agree in all digits before `level` and differ in that one.
+/// A fork of the trie: keys below agree in all digits before `level` and differ in that one.
 template <int Dim>
 struct Fork
 {
@@ -56,21 +56,20 @@ struct Fork
     std::uint32_t wide;  // the wide node of that piece if one begins here, or none
 };
 
-/// A node of the searches, in place of a piece of the trie with up to 16 ends: pages, or wide nodes in place
-/// of further pieces.
+/// A node for searches, which replaces a piece of the trie with up to 16 ends: pages, or the wide nodes of
+/// further pieces.
 template <int Dim, class T>
 struct Wide
 {
     Node<Dim, T> node;
     std::uint32_t fork;
-    std::uint32_t wide, lane; // what it is a child of
+    std::uint32_t wide, lane; // its parent
     std::uint32_t count;
     Aabb<Dim, T> hull;
 };
 
-/// What a tree consists of. Each file beside this one works on one side of it: page.hpp on what lies in a
-/// page, trie.hpp on which pages there are, wide.hpp on the nodes that searches go through, build.hpp on all
-/// of it at once.
+/// The parts of a tree. Each file beside this one works on one aspect: page.hpp on the contents of a page,
+/// trie.hpp on which pages there are, wide.hpp on the nodes for searches, build.hpp on all of it at once.
 template <int Dim, class T>
 struct Parts
 {
@@ -86,7 +85,7 @@ struct Parts
           listed(memory)
     {
     }
-    /// What is in them, if they have the same memory resource.
+    /// Swaps the contents, if they have the same memory resource.
     void swap(Parts& other) noexcept
     {
         std::swap(frame, other.frame);
@@ -121,10 +120,10 @@ struct Parts
     std::pmr::vector<std::uint32_t> page_of; // by id
     std::pmr::vector<std::uint32_t> listed;  // pages to be finished
     Ref root = none;
-    Child<Dim, T> root_child; // what searches begin with
+    Child<Dim, T> root_child; // where searches begin
     Aabb<Dim, T> hull;        // the bounds of everything
     std::size_t size = 0;
-    bool most_come_back = false; // who leaves, to about where it was: order is kept longer
+    bool most_come_back = false; // of leaving objects, to about where they were: pages are sorted later
     std::uint64_t sorts = 0, splits = 0;
 };
 

@@ -12,10 +12,10 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace index {
 
-/// Many things of one kind, by number, that never change their place. Taken and given back in any order;
-/// memory comes in chunks and goes with the pool. Elements are made once, when their chunk is, and reused as
-/// they are. The first chunk is a short one: indexes of a few boxes are made and dropped, and would take
-/// longer to get ready than to be built.
+/// A pool of elements of one type, named by number, which never move. They are taken and given back in any
+/// order; memory comes in chunks and is freed with the pool. Elements are constructed once, with their chunk,
+/// and reused as they are. The first chunk is short, since indexes of a few boxes are made and destroyed
+/// often, and preparing a full chunk would take longer than building the index.
 template <class X>
 class Pool
 {
@@ -53,7 +53,7 @@ class Pool
         chunks_.swap(other.chunks_);
         free_.swap(other.free_);
     }
-    /// Gives the memory back, of all.
+    /// Frees all memory.
     void release() noexcept
     {
         for (std::size_t chunk = 0; chunk < chunks_.size(); ++chunk)
@@ -79,7 +79,7 @@ class Pool
 
   private:
     static constexpr std::uint32_t per_chunk = 64;
-    static constexpr std::uint32_t in_first_chunk = 4; // its other numbers belong to nobody
+    static constexpr std::uint32_t in_first_chunk = 4; // its other numbers are unused
 
     static constexpr std::uint32_t size_of(std::size_t chunk) noexcept
     {
@@ -97,11 +97,11 @@ class Pool
         if (free_.capacity() < capacity(chunk + 1)) free_.reserve(2 * capacity(chunk + 1));
         X* const elements = static_cast<X*>(memory()->allocate(sizeof(X) * size_of(chunk), alignof(X)));
         for (std::uint32_t k = 0; k < size_of(chunk); ++k)
-            new (elements + k) X; // not touched before it is used, perhaps by another thread
+            new (elements + k) X; // not initialised before it is used, perhaps by another thread
         chunks_.push_back(elements);
         push_numbers(chunk);
     }
-    /// The lowest on top, so that neighbours in time are neighbours in memory.
+    /// The lowest on top, so that elements taken together are neighbours in memory.
     void push_numbers(std::size_t chunk)
     {
         const auto first = static_cast<std::uint32_t>(chunk * per_chunk);

@@ -20,16 +20,16 @@ namespace index {
 
 namespace {
 
-/// A page is put in order again when this many objects came or went.
+/// A page is sorted again when this many objects were added or removed.
 constexpr std::uint32_t tolerated_disorder(std::uint32_t count)
 {
     return 2 + count / 32;
 }
 
-/// ... or, where all move a little in every frame, when its leaves' edges are that much longer.
+/// ... or, if all move a little in every frame, when its leaves' edges are that much longer.
 constexpr double tolerated_spread = 1.125;
 
-/// Whether a page is to be put in order. Where most who leave come back to about where they were, its leaves
+/// Whether a page must be sorted. If most objects that leave come back to about where they were, its leaves
 /// stay about as good as they are.
 template <int Dim, class T>
 bool is_disordered(const Parts<Dim, T>& parts, const Page<Dim, T>& page) noexcept
@@ -40,7 +40,7 @@ bool is_disordered(const Parts<Dim, T>& parts, const Page<Dim, T>& page) noexcep
            static_cast<double>(spread_of(page)) > tolerated_spread * static_cast<double>(page.spread);
 }
 
-/// One that is moved alone costs up to so many times what one costs when all are built anew.
+/// An object that is moved alone costs up to this many times as much as one in a rebuild of all.
 constexpr std::size_t builds_of_a_move = 10;
 
 template <int Dim, class T>
@@ -51,7 +51,7 @@ void finish_page(Parts<Dim, T>& parts, std::uint32_t number) noexcept
         remove_page(parts, number);
         return;
     }
-    // Those who arrive come before those who leave: what was split for that may fit into one page again.
+    // Objects arrive before others leave, so pages that were split for that may fit into one page again.
     const bool was_split = std::exchange(page.was_split, false);
     if (page.count < merge_below || was_split) {
         if (merge(parts, number, was_split ? page_capacity : merge_below)) {
@@ -115,8 +115,8 @@ void list_below(Parts<Dim, T>& parts, Ref ref) noexcept
     list_below(parts, parts.forks[ref].child[1]);
 }
 
-/// Sets the boxes of a page's objects and finds its leaves' bounds. Those who leave are marked, and are where
-/// they were, with their new boxes.
+/// Sets the boxes of a page's objects and finds its leaves' bounds. Objects that leave are marked, and stay
+/// in their old places with their new boxes.
 template <int Dim, class T>
 void follow_page(Parts<Dim, T>& parts, Page<Dim, T>& page, const typename Tree<Dim, T>::Where& where) noexcept
 {
@@ -133,7 +133,7 @@ void follow_page(Parts<Dim, T>& parts, Page<Dim, T>& page, const typename Tree<D
     count = 0;
     for (std::uint32_t b = 0; b < page.leaves; ++b) {
         Leaf<Dim, T>& leaf = parts.leaves[page.leaf[b]];
-        Bounds<Dim, T> hull; // of which lane 0 is used
+        Bounds<Dim, T> hull; // only lane 0 is used
         hull.clear(0);
         unsigned leaving = 0;
         for (unsigned live = page.live[b]; live != 0; live &= live - 1, ++count) {
@@ -159,7 +159,7 @@ void follow_page(Parts<Dim, T>& parts, Page<Dim, T>& page, const typename Tree<D
     page.drifted = static_cast<double>(spread_of(page)) > tolerated_spread * static_cast<double>(page.spread);
 }
 
-/// Takes those who leave the listed pages out of them. Of these, whoever is anywhere is listed in `leaving`.
+/// Removes the objects that leave the listed pages. Those that still exist are listed in `leaving`.
 template <int Dim, class T>
 void take_out_leaving(Parts<Dim, T>& parts, std::pmr::vector<Record<Dim, T>>& leaving)
 {
@@ -201,7 +201,7 @@ void stay_below(const Parts<Dim, T>& parts, Ref ref, const std::pmr::vector<std:
     }
 }
 
-/// Wide nodes on the longest way down from here.
+/// The number of wide nodes on the longest path down from here.
 template <int Dim, class T>
 std::uint64_t depth_of(const Parts<Dim, T>& parts, Ref ref) noexcept
 {
@@ -210,8 +210,8 @@ std::uint64_t depth_of(const Parts<Dim, T>& parts, Ref ref) noexcept
     return (fork.wide != none) + std::max(depth_of(parts, fork.child[0]), depth_of(parts, fork.child[1]));
 }
 
-/// Lowers `least` to the least lower bound on an axis, or the least of the upper bounds' negatives, of the
-/// objects below that count.
+/// Lowers `least` to the least lower bound on an axis, or the least negated upper bound, of the objects below
+/// that count.
 template <int Dim, class T>
 void find_least(Child<Dim, T> group, int axis, bool upper, FunctionRef<bool(std::uint32_t)> counts, T& least)
 {
@@ -231,7 +231,7 @@ void find_least(Child<Dim, T> group, int axis, bool upper, FunctionRef<bool(std:
     }
 }
 
-/// Gives an object another box with which it stays in its page.
+/// Gives an object another box, with which it stays in its page.
 template <int Dim, class T>
 void replace_box(Parts<Dim, T>& parts, std::uint32_t id, const Aabb<Dim, T>& box) noexcept
 {
@@ -244,7 +244,7 @@ void replace_box(Parts<Dim, T>& parts, std::uint32_t id, const Aabb<Dim, T>& box
     list(parts, number);
 }
 
-/// Takes all objects out, and keeps the memory.
+/// Removes all objects, and keeps the memory.
 template <int Dim, class T>
 void empty(Parts<Dim, T>& parts) noexcept
 {
@@ -260,7 +260,7 @@ void empty(Parts<Dim, T>& parts) noexcept
     show_root(parts);
 }
 
-/// Gives back the memory of parts that are empty, but for `page_of`.
+/// Frees the memory of empty parts, except `page_of`.
 template <int Dim, class T>
 void release(Parts<Dim, T>& parts) noexcept
 {
@@ -292,7 +292,7 @@ void Tree<Dim, T>::build(std::span<const std::uint32_t> ids, const View& boxes)
 {
     std::size_t end = ids.empty() ? boxes.size() : 0;
     if (!ids.empty()) end = std::size_t{*std::max_element(ids.begin(), ids.end())} + 1;
-    // Who builds a second time will do so again, and gets the memory as it is.
+    // A caller that builds a second time will do so again, so the memory is kept.
     const bool again = parts_.pages.bytes() != 0;
     empty(replaced_);
     replaced_.page_of.assign(end, none);
@@ -323,13 +323,13 @@ void Tree<Dim, T>::put(std::span<const std::uint32_t> ids, const View& boxes)
         parts_.page_of.resize(end_before, none);
         throw;
     }
-    // Nothing fails from here on.
+    // Nothing can fail from here on.
     for (const std::uint32_t i : arriving_) {
         std::uint32_t& page = parts_.page_of[ids[i]];
         if (page != none) remove_one(parts_, page, ids[i]);
         page = descend(parts_, key_of(parts_.frame, boxes[i], ids[i]));
     }
-    constexpr std::size_t ahead = 4; // of who is looked for among all who share a page with it
+    constexpr std::size_t ahead = 4; // objects being looked up in their pages
     for (std::size_t k = 0; k < staying_.size(); ++k) {
         if (k + ahead < staying_.size()) {
             const Page<Dim, T>& page = parts_.pages[parts_.page_of[ids[staying_[k + ahead]]]];
@@ -360,7 +360,7 @@ void Tree<Dim, T>::build_first(std::span<const std::uint32_t> ids, const View& b
 template <int Dim, class T>
 void Tree<Dim, T>::make_room_for(std::uint32_t id)
 {
-    // Half as many again for ids that come one by one, nothing extra for one far beyond.
+    // 1.5 times as many for ids that are added one by one, nothing extra for one far beyond.
     const std::size_t before = parts_.page_of.size(), end = std::max(before, std::size_t{id} + 1);
     if (parts_.page_of.capacity() < end) parts_.page_of.reserve(std::max(end, before + before / 2));
     parts_.page_of.resize(end, none);
@@ -393,7 +393,7 @@ void Tree<Dim, T>::plan(std::span<const std::uint32_t> ids, const View& boxes)
             arriving_.push_back(i);
         }
         staying_.resize(stay);
-    } while (parts_.splits != splits && !staying_.empty()); // a page that is split has less space
+    } while (parts_.splits != splits && !staying_.empty()); // a page that is split covers less space
 }
 
 template <int Dim, class T>
@@ -452,12 +452,12 @@ bool Tree<Dim, T>::follow(const Where& where)
 
         const std::size_t size_before = parts_.size;
         take_out_leaving(parts_, leaving_);
-        // One that is put elsewhere costs three times as much as one that is built.
+        // An object that changes its page costs three times as much as one in a rebuild.
         if ((size_before - parts_.size) * 3 > size_before) {
             clear();
             return false;
         }
-        // A page that needs fewer leaves gives some back: not by several threads.
+        // A page that needs fewer leaves gives some back, which several threads must not do.
         each_page([&](std::uint32_t number, Page<Dim, T>& page) {
             if (!page.drifted || page.leaves != (page.count + lanes - 1) / lanes) return;
             Gathered<Dim, T> objects;
@@ -470,8 +470,8 @@ bool Tree<Dim, T>::follow(const Where& where)
             parts_.page_of[record.id] = page;
         }
         for (const std::uint32_t number : parts_.listed) {
-            // Who came in was put where it makes the leaves grow least; the next call sees whether that will
-            // do.
+            // New objects were put where they enlarge the leaves least; the next call tests whether that is
+            // good enough.
             Page<Dim, T>& page = parts_.pages[number];
             page.disorder = page.drifted ? page_capacity : 0;
         }

@@ -106,7 +106,7 @@ std::uint32_t make_room(Parts<Dim, T>& parts, const Key<Dim>& key)
             for (std::uint32_t fork = parts.pages[number].parent; fork != none;
                  fork = parts.forks[fork].parent)
                 ++way;
-        // Everything below can't fail.
+        // Nothing below can fail.
         parts.leaves.reserve(2 * lanes + 2);
         parts.forks.reserve(1);
         parts.wides.reserve(2 * way + 4);
@@ -124,7 +124,7 @@ std::uint32_t make_room(Parts<Dim, T>& parts, const Key<Dim>& key)
             continue;
         }
         const int level = first_difference(key, page.key);
-        // It lies outside of the space that the page stands for: a new side of some fork above.
+        // It is outside the page's space: it becomes a new side of some fork above.
         std::uint32_t below = page.parent;
         while (parts.forks[below].parent != none && parts.forks[parts.forks[below].parent].level > level)
             below = parts.forks[below].parent;
@@ -167,7 +167,7 @@ bool merge(Parts<Dim, T>& parts, std::uint32_t number, std::uint32_t most) noexc
     gather(parts, number, objects);
     const std::uint32_t own = objects.count;
     gather(parts, other, objects);
-    // No leaf too few: those of the other are given back first.
+    // There are enough leaves: those of the other are given back first.
     Page<Dim, T>& gone = parts.pages[other];
     while (gone.leaves > 0)
         parts.leaves.give(gone.leaf[--gone.leaves]);

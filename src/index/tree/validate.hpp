@@ -6,7 +6,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace index {
 
-/// Null if all is in order, else what isn't. For tests.
+/// Returns null if the structure is valid, otherwise what isn't. For tests.
 template <int Dim, class T>
 const char* validate(const Parts<Dim, T>& parts);
 

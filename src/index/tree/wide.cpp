@@ -11,7 +11,7 @@ JOSTLE_NAMESPACE_BEGIN
 namespace index {
 namespace {
 
-/// A piece of the trie this small may go on upwards where its bigger neighbour is cut off.
+/// A piece of the trie this small may continue upwards if its bigger neighbour is cut off.
 constexpr std::uint32_t straggler = 3;
 
 template <int Dim, class T>
@@ -20,7 +20,7 @@ std::uint32_t width_of(const Parts<Dim, T>& parts, Ref ref) noexcept
     return ref & page_bit ? 1 : parts.forks[ref].width;
 }
 
-/// Makes the wide node of the piece that begins at a fork anew.
+/// Rebuilds the wide node of the piece that begins at a fork.
 template <int Dim, class T>
 void fill(Parts<Dim, T>& parts, std::uint32_t number) noexcept
 {

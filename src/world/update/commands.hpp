@@ -168,8 +168,7 @@ class Queues
         for (Queue* queue = first(); queue != nullptr; queue = queue->next) {
             const bool idle = queue->additions.empty() && queue->commands.empty() &&
                               queue->taken_additions.empty() && queue->taken_commands.empty();
-            if (idle)
-                queue->owner.store({}, std::memory_order_relaxed); // for the first thread that needs one
+            if (idle) queue->owner.store({}, std::memory_order_relaxed); // for the next thread without one
             move_over(queue->taken_additions, queue->additions);
             move_over(queue->taken_commands, queue->commands);
         }

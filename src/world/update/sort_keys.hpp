@@ -17,8 +17,7 @@ template <class Value, class Key>
 void sort_by_key(std::pmr::vector<Value>& values, std::pmr::vector<Value>& scratch, const Key& key)
 {
     using Number = decltype(key(values.front()));
-    constexpr std::size_t few = 64,
-                          many = 8192; // fewer are better sorted by comparison; more are worth longer digits
+    constexpr std::size_t few = 64, many = 8192; // fewer: sort by comparison; more: use longer digits
     Number differing = 0;
     bool sorted = true;
     for (std::size_t i = 1; i < values.size(); ++i) {
