@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Vectors of the narrow phase. Everything behind the interface is double: a float pair is computed as exactly
+// Vectors of the narrow phase. Everything inside the interface is double: a float pair is computed as exactly
 // as a double one, and sizes from 1e-45 to 1e+38 neither overflow nor underflow.
 #pragma once
 
@@ -12,9 +12,9 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 
-/// What lengths and coordinates may be: their sixth powers occur, and must be finite.
+/// The limit of lengths and coordinates: their sixth powers occur, and must be finite.
 inline constexpr double longest = 1e60;
-/// Cores nearer than this part of their size touch.
+/// Cores nearer than this fraction of their size touch.
 inline constexpr double core_touch = 1e-9;
 
 struct Vec3
@@ -69,13 +69,13 @@ inline bool squares_well(double sum)
 {
     return sum > 1e-280 && sum < 1e280;
 }
-/// Before numbers are divided by the largest of them, `big`, they are multiplied by this, which costs no
-/// digits: the inverse of a denormal number may be infinite.
+/// Before numbers are divided by the largest of them, `big`, they are multiplied by this, which loses no
+/// digits: the inverse of a denormal may be infinite.
 inline double lift(double big)
 {
     return big < 0x1p-1000 ? 0x1p100 : 1;
 }
-/// From a quaternion of any length but 0: divided by its largest number first, so that the squares stay in
+/// From a quaternion of any length except 0, divided by its largest number first, so that the squares stay in
 /// range.
 inline Mat3 rotation(double qx, double qy, double qz, double qw)
 {
@@ -123,7 +123,7 @@ inline double length(const Vec2& a)
 {
     return std::sqrt(dot(a, a));
 }
-/// Turned by a quarter, clockwise: outwards from an edge of a counterclockwise polygon.
+/// Turned by 90 degrees clockwise: outwards from an edge of a counterclockwise polygon.
 inline Vec2 right(const Vec2& a)
 {
     return {a.y, -a.x};
@@ -133,7 +133,7 @@ inline Vec2 left(const Vec2& a)
 {
     return {-a.y, a.x};
 }
-/// Of any length but 0: squares of the shortest are 0.
+/// Any length except 0: squares of the shortest are 0.
 inline Vec2 unit(const Vec2& a)
 {
     const double scale = std::max(std::abs(a.x), std::abs(a.y));
@@ -214,9 +214,9 @@ Mat2 rotation(const Pose<2, T>& pose)
     return rotation(double{pose.rotation[0]}, double{pose.rotation[1]});
 }
 
-/// Whether a point of a contact counts, and at what depth. Shapes that touch are at least as deep as -margin;
-/// what rounds to just below it belongs to them, or what lies flat would lose some of its corners. `size` is
-/// that of both.
+/// Whether a point of a contact counts, and its depth. Shapes that touch are at least as deep as -margin;
+/// points that round to just below belong to them, otherwise a flat body would lose some of its corners.
+/// `size` is that of both.
 inline bool keeps(double& depth, double margin, double size)
 {
     if (!(depth >= -margin - 1e-14 * size)) return false;
@@ -224,7 +224,7 @@ inline bool keeps(double& depth, double margin, double size)
     return true;
 }
 
-/// Back to what poses hold. Source: Shepperd, J. Guidance and Control 1(3), 1978.
+/// Back to the numbers of a pose. Source: Shepperd, J. Guidance and Control 1(3), 1978.
 inline void unload(const Mat3& m, std::array<double, 4>& q)
 {
     const double xx = m.x.x, yy = m.y.y, zz = m.z.z, trace = xx + yy + zz;
@@ -245,7 +245,7 @@ inline void unload(const Mat2& m, std::array<double, 2>& r)
     r = {m.c, m.s};
 }
 
-/// Where an object's local frame lies, seen from the first object of a pair.
+/// The place of an object's local frame, relative to the first object of a pair.
 template <int Dim>
 struct Frame
 {

@@ -50,13 +50,13 @@ Axis best_axis(const Core3& a, const Core3& b)
         for (std::uint32_t j = 0; j < b.polytope.directions; ++j) {
             const Vec3 db = b.frame.r * b.polytope.direction[j], n = cross(da, db);
             const double size = length(n);
-            // Parallel: a face's normal or another edge says it better.
+            // Parallel: a face's normal or another pair of edges is better.
             if (!(size * size > 1e-14 * length2(da) * length2(db))) continue;
             consider(best, a, b, n * (1 / size), true, advantage);
         }
     }
     if (best.separation == -HUGE_VAL) {
-        // Points and parallel segments, in one place: any direction across.
+        // Points and parallel segments at the same place: any direction across.
         Vec3 n{0, 1, 0}, other, along;
         for (const Core3* core : {&a, &b})
             for (std::uint32_t i = 0; i < core->polytope.directions; ++i)

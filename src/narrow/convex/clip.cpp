@@ -7,8 +7,8 @@ namespace {
 
 /// The number of the face whose normal is nearest to direction d, in local axes; `alignment` is the cosine of
 /// the angle between the two. A cylinder has two faces, the upper disc (0) and the lower one (1); a cone has
-/// the lower one, and without height the upper one as well. What has no faces, or discs without extent, gets
-/// an alignment of minus infinity.
+/// the lower one, and at zero height the upper one as well. A core without faces, or with discs of zero size,
+/// gets an alignment of minus infinity.
 std::uint32_t best_face(const Core3& core, const Vec3& d, double& alignment)
 {
     const Polytope& hull = core.polytope;
@@ -44,11 +44,11 @@ std::uint32_t best_face(const Core3& core, const Vec3& d, double& alignment)
     return best;
 }
 
-/// A disc is clipped as a polygon of so many corners, of which the first is where the disc reaches furthest
-/// along d.
+/// A disc is clipped as a polygon of this many corners, the first of which is the disc's furthest point along
+/// d.
 constexpr std::uint32_t rim_corners = 8;
-/// Where the sine of the angle between d and the disc's axis is less than this, that place would jump about
-/// from frame to frame. Then corners stay at fixed places, which suits solvers that match points.
+/// If the sine of the angle between d and the disc's axis is less than this, that point would jump about from
+/// frame to frame. Then the corners have fixed places, which suits solvers that match points.
 constexpr double leaning = 0.02;
 
 void take_disc(const Core3& core, std::uint32_t f, const Vec3& d, Feature& feature)
@@ -83,8 +83,7 @@ void take_face(const Core3& core, std::uint32_t f, Feature& feature)
         feature.vertex.push_back(hull.outline[k]);
         feature.point.push_back(core.frame * hull.vertex(hull.outline[k]));
     }
-    // A hull's highest corner may be none of the outline's; a flat one has corners on both sides of its
-    // plane.
+    // A hull's highest corner may not be in the outline; a flat hull has corners on both sides of its plane.
     if (hull.offset != nullptr) {
         feature.top = dot(feature.normal, core.frame.p) + hull.offset[f];
         return;
@@ -101,8 +100,8 @@ void take_face_towards(const Core3& core, std::uint32_t f, const Vec3& d, Featur
     core.is_smooth() ? take_disc(core, f, d, feature) : take_face(core, f, feature);
 }
 
-/// The line on the side of a cylinder or cone, from its rim at the bottom to the top, on which the point
-/// furthest along d lies. False if there is no such line.
+/// The line on the side of a cylinder or cone, from its lower rim to the top, that contains the point
+/// furthest along d. Returns false if there is no such line.
 bool find_side_line(const Core3& core, const Vec3& d, Vec3& low, Vec3& high)
 {
     bool to_tip = false;
@@ -124,7 +123,7 @@ bool find_side_line(const Core3& core, const Vec3& d, Vec3& low, Vec3& high)
     return true;
 }
 
-/// That line where it is level within `slope`, else the point furthest along d.
+/// That line if it is level within `slope`, otherwise the point furthest along d.
 void take_line_or_point(const Core3& core, const Vec3& d, double slope, Feature& feature)
 {
     Vec3 low, high;
@@ -144,7 +143,7 @@ void take_line_or_point(const Core3& core, const Vec3& d, double slope, Feature&
     feature.point.push_back(core.frame * smooth_support(core, d));
 }
 
-/// An edge if one is level within `slope`, or lies highest of all at any slope where that is 1.
+/// An edge if one is level within `slope`, or the highest edge at any slope if that is 1.
 void take_edge_or_vertex(const Core3& core, const Vec3& d, double slope, Feature& feature)
 {
     if (core.is_smooth()) return take_line_or_point(core, d, slope, feature);
@@ -153,8 +152,8 @@ void take_edge_or_vertex(const Core3& core, const Vec3& d, double slope, Feature
     depth.resize(hull.stride);
     const double near =
         core.kernels->heights(hull.x, hull.stride, -d.x, -d.y, -d.z, depth.data()) + 1e-9 * core.reach;
-    // It must carry a highest vertex, or it is the edge of another region. Which ones do is hard to predict:
-    // found without branches.
+    // It must have a highest vertex, otherwise it is the edge of another region. Which ones do is hard to
+    // predict, so they are found without branches.
     SmallVector<std::uint32_t, 192> carrying;
     carrying.resize(hull.edges + std::size_t{1});
     std::size_t count = 0;
@@ -162,7 +161,7 @@ void take_edge_or_vertex(const Core3& core, const Vec3& d, double slope, Feature
         carrying[count] = e;
         count += std::min(depth[hull.edge[e].v[0]], depth[hull.edge[e].v[1]]) <= near ? 1 : 0;
     }
-    // Of these the one whose other end is highest.
+    // Of these, the one with the highest other end.
     double least = HUGE_VAL;
     std::uint32_t best = 0;
     for (std::size_t k = 0; k < count; ++k) {
@@ -199,8 +198,9 @@ void take_features(const Core3& a, const Core3& b, const Vec3& n, Feature& fa, F
     const std::uint32_t face_a = best_face(a, da, along_a);
     const std::uint32_t face_b = best_face(b, db, along_b);
     const bool exact_a = along_a > squarely_face, exact_b = along_b > squarely_face;
-    // Against a face the other shape shows all it has, and what is too high falls away by its depth:
-    // points come and go continuously. Where no face is hit squarely only what is nearly level counts.
+    // Against a face the other shape contributes a whole feature, and points that are too high drop out by
+    // their depth, so points appear and vanish continuously. If no face is hit squarely, only nearly level
+    // features count.
     const double threshold_a = exact_b ? other_face : nearly_face;
     const double threshold_b = exact_a ? other_face : nearly_face;
     if (along_a > threshold_a)
@@ -268,7 +268,7 @@ void clip_faces(Clip& clip, const Feature& a, const Feature& b)
     SmallVector<Corner, 24> room[2];
     SmallVector<Corner, 24>* now = &room[0];
     SmallVector<Corner, 24>* later = &room[1];
-    SmallVector<double, 24> inside; // how far each corner is on the inner side, times the side's length
+    SmallVector<double, 24> inside; // each corner's distance to the inner side, times the side's length
     const std::uint16_t face_a = feature_id(face_feature, a.id), face_b = feature_id(face_feature, b.id);
     // b's loop runs clockwise as a sees it: backwards, side i - 1 leads from corner i.
     const std::size_t sides_a = a.point.size(), sides_b = b.point.size();
@@ -309,7 +309,7 @@ void clip_faces(Clip& clip, const Feature& a, const Feature& b)
                     made.feature_a = edge_of(a, static_cast<std::uint32_t>(i));
                     made.feature_b = edge_of(b, corner.side);
                 }
-                // Going out, what follows lies on a's side; coming in, on the polygon's own.
+                // Where it leaves, the next side is a's; where it enters, the polygon's own.
                 made.side = here >= 0 ? static_cast<std::uint32_t>(i) | of_a : corner.side;
                 next.push_back(made);
             }
@@ -340,7 +340,7 @@ void clip_edge(Clip& clip, const Feature& edge, const Feature& face, bool swappe
     for (std::size_t i = 0; i < sides; ++i) {
         const Vec2 to = clip.lateral.flat(face.point[i + 1 == sides ? 0 : i + 1]);
         const double d0 = turn * cross(to - from, e0 - from), d1 = turn * cross(to - from, e1 - from);
-        // An edge that lies along the side is all in, whatever rounding says of its ends.
+        // An edge along the side is entirely inside, whatever the rounding of its ends.
         const double slack = -1e-9 * clip.size * (std::abs(to.x - from.x) + std::abs(to.y - from.y));
         from = to;
         if (d0 >= slack && d1 >= slack) continue;
@@ -372,7 +372,7 @@ void clip_edge(Clip& clip, const Feature& edge, const Feature& face, bool swappe
     if (end > begin) add(end, edge_end, face_end);
 }
 
-/// Of the size: edges that pass each other by more share no point.
+/// Relative to the size: edges that pass each other by more share no point.
 constexpr double elsewhere = 1e-6;
 
 void clip_edges(Clip& clip, const Feature& a, const Feature& b)
@@ -387,7 +387,7 @@ void clip_edges(Clip& clip, const Feature& a, const Feature& b)
     };
     const std::uint16_t edge_a = feature_id(edge_feature, a.id), edge_b = feature_id(edge_feature, b.id);
     if (size_a > 0 && size_b > 0 && turn * turn < side_by_side * side_by_side * size_a * size_b) {
-        // Side by side: the ends of what they share along a.
+        // Side by side: the ends of the part that they share along a.
         double t0 = dot(b0 - a0, da) / size_a, t1 = dot(b1 - a0, da) / size_a;
         const bool backwards = t0 > t1;
         if (backwards) std::swap(t0, t1);
@@ -397,7 +397,7 @@ void clip_edges(Clip& clip, const Feature& a, const Feature& b)
                 const Vec2 p = a0 + da * t;
                 const double s = std::clamp(dot(p - b0, db) / size_b, 0.0, 1.0);
                 const Vec2 q = b0 + db * s;
-                // A gap is as wide as the points are apart, also sideways.
+                // The gap is the distance of the points, also sideways.
                 const double height_a = height(a, t), rise = height(b, s) - height_a;
                 const double aside = length2(q - p);
                 const double gap = rise > 0 ? std::sqrt(rise * rise + aside) : rise + std::sqrt(aside);
@@ -414,7 +414,7 @@ void clip_edges(Clip& clip, const Feature& a, const Feature& b)
     const double t = std::clamp(cross(b0 - a0, db) / turn, 0.0, 1.0);
     const double s = std::clamp(cross(b0 - a0, da) / turn, 0.0, 1.0);
     const Vec2 on_a = a0 + da * t, on_b = b0 + db * s;
-    // Of many edges in a line the two that were taken may lie elsewhere than where it is crossed.
+    // Of many collinear edges, the two that were chosen may not be where they cross.
     if (length2(on_b - on_a) > elsewhere * elsewhere * clip.size * clip.size) return;
     clip.add((on_a + on_b) * 0.5, height(a, t), height(b, s), edge_a, edge_b);
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The points that two features that face each other share: seen along the contact's normal, each is clipped
-// to the other. Source: Sutherland and Hodgman, Reentrant Polygon Clipping, CACM 17(1), 1974; Gregorius,
-// Robust Contact Creation for Physics Simulations, GDC 2015.
+// The common points of two opposing features: seen along the contact's normal, each is clipped to the other.
+// Source: Sutherland and Hodgman, Reentrant Polygon Clipping, CACM 17(1), 1974; Gregorius, Robust Contact
+// Creation for Physics Simulations, GDC 2015.
 #pragma once
 
 #include "narrow/convex/core3.hpp"
@@ -17,20 +17,20 @@ struct Feature
     SmallVector<Vec3, 16> point;
     SmallVector<std::uint32_t, 16> vertex;
     Vec3 normal;    ///< of a face
-    double top = 0; ///< of a face: how far its plane is along the normal
+    double top = 0; ///< of a face: the offset of its plane along the normal
     std::uint32_t id = 0;
     std::uint16_t kind = vertex_feature;
 };
 
-/// The features of a and b that face each other along n, which leads from a to b.
+/// The opposing features of a and b along n, which leads from a to b.
 void take_features(const Core3& a, const Core3& b, const Vec3& n, Feature& fa, Feature& fb);
 /// Face f of a core.
 void take_face(const Core3& core, std::uint32_t f, Feature& feature);
-/// The feature of a core that meets the other's face along n: a face at up to 60 degrees, else an edge or a
-/// vertex.
+/// The feature of a core that meets the other's face along n: a face at up to 60 degrees, otherwise an edge
+/// or a vertex.
 void take_against_face(const Core3& core, const Vec3& n, Feature& feature);
 
-/// Names the feature of a core that meets a vertex along n, which needs none of its points: feature_id().
+/// The feature_id() of the feature of a core that meets a vertex along n; its points aren't needed.
 [[nodiscard]] std::uint16_t feature_against_vertex(const Core3& core, const Vec3& n);
 
 /// The plane at right angles to the normal.
@@ -41,7 +41,7 @@ struct Lateral
     [[nodiscard]] Vec2 flat(const Vec3& p) const { return {dot(p, u), dot(p, v)}; }
 };
 
-/// A contact in the making.
+/// A contact under construction.
 struct Clip
 {
     /// Along `normal`, unit, from a to b.
@@ -58,8 +58,8 @@ struct Clip
           size(reaches + a_radius + b_radius)
     {
     }
-    /// A point over lateral place `at`, where the cores' surfaces lie at two heights along the normal. It is
-    /// kept if it is deep enough.
+    /// Adds a point over lateral place `at`, where the cores' surfaces are at these heights along the normal.
+    /// It is kept if it is deep enough.
     void add(const Vec2& at, double height_a, double height_b, std::uint16_t feature_a,
              std::uint16_t feature_b)
     {
@@ -69,9 +69,9 @@ struct Clip
         const Vec3 p = lateral.u * at.x + lateral.v * at.y + lateral.n * (0.5 * (top + bottom));
         found.push_back({p, depth, feature_a, feature_b});
     }
-    /// The shapes overlap by `depth`, at `deepest()`. Adds that point where none that was found is as deep: a
-    /// vertex against anything, as all of a user's shape is, and rounding. None is deeper: the plane of a
-    /// hull's face lies above some of its corners, by what it was merged from.
+    /// The shapes overlap by `depth`, at `deepest()`. Adds that point if none found is as deep: for a vertex
+    /// against anything (a user's shape has only vertices), and because of rounding. No point may be deeper:
+    /// the plane of a merged hull face is slightly above some of its corners.
     template <class Deepest>
     void complete(double depth, const Deepest& deepest)
     {
@@ -87,14 +87,14 @@ struct Clip
 
     Lateral lateral;
     double radius_a, radius_b, margin;
-    double cores; ///< how far they reach
+    double cores; ///< their extent
     double size;  ///< of both, with their radii
     SmallVector<ManifoldPoint<3>, 24> found;
 };
 
 /// Adds the points of two faces, a face and an edge, or two edges. A vertex has none with anything.
 void clip_features(Clip& clip, const Feature& a, const Feature& b);
-/// Adds the point of a vertex of a over a face of b, if it is over it.
+/// Adds the point of a vertex of a over a face of b, if it is over the face.
 void clip_point(Clip& clip, const Feature& a, const Feature& b);
 
 } // namespace narrow

@@ -47,10 +47,10 @@ Core2::Core2(const Shape<2>& shape, const Frame<2>& where)
         break;
     }
     case Kind::half_space: // a plane and no polygon
-    case Kind::mesh:       // not convex: their parts are
+    case Kind::mesh:       // not convex, but their parts are
     case Kind::height_field:
     case Kind::compound:
-    case Kind::cylinder: // of space alone
+    case Kind::cylinder: // only in 3D
     case Kind::cone:
         break;
     case Kind::ellipsoid:
@@ -66,7 +66,7 @@ void Core2::add_normals()
     for (std::size_t i = 0; i < sides(); ++i)
         own_normal.push_back(unit(right(next(i) - corner[i])));
 }
-/// Of a segment or box, from the local normal of the first side.
+/// For a segment or box, from the local normal of the first side.
 void Core2::add_normals(const Vec2& first)
 {
     const Vec2 n = frame.r * first;
@@ -96,7 +96,7 @@ std::size_t furthest_of(std::span<const Vec2> points, const Vec2& direction)
     return best;
 }
 
-/// Of a box, the side whose normal is an axis, or against it.
+/// For a box, the side whose normal is an axis or its opposite.
 std::size_t side_of_box(int axis, bool against)
 {
     return axis == 0 ? (against ? 3 : 1) : (against ? 0 : 2);
@@ -126,7 +126,7 @@ Side2 best_side(const Core2& core, const Vec2& direction)
         const Vec2 d = core.frame.r.back(direction);
         const int axis = std::abs(d.x) > std::abs(d.y) ? 0 : 1;
         best = side_of_box(axis, d[axis] < 0);
-    } else if (core.hull != nullptr) { // whose normals are in its own axes
+    } else if (core.hull != nullptr) { // which has normals in its own axes
         best = furthest_of({core.hull->normal.data(), core.sides()}, core.frame.r.back(direction));
     } else {
         best = furthest_of({core.own_normal.data(), core.sides()}, direction);
@@ -137,7 +137,7 @@ Side2 best_side(const Core2& core, const Vec2& direction)
 
 namespace {
 
-/// The direction at right angles to a side that parts two boxes most: from how far their centres are apart
+/// The direction at right angles to a side that separates two boxes most, from the distances of their centres
 /// along the four axes.
 Axis2 part_boxes(const Core2& a, const Core2& b)
 {
@@ -178,17 +178,16 @@ CornerPair furthest_towards(const Core2& a, const Core2& b, const Vec2& way)
     return {of_a, of_b, b.corner[of_b] - a.corner[of_a]};
 }
 
-/// The direction at right angles to a side that parts two polygons most, from a to b. Each side is looked at
-/// together with the corner of the other that reaches furthest against it, and from one side to the next that
-/// corner goes round as well: by steps to a neighbour that reaches further (rotating calipers: Shamos 1978;
-/// Toussaint 1983). What a corner says of a side is never too little, so that the side that is best by such
-/// corners is the best of all if its own corner is the furthest of all, which is looked up at the end. Only
-/// rounding on sides that are nearly in line stops a corner elsewhere; then each side is tested with each
-/// corner.
+/// The direction at right angles to a side that separates two polygons most, from a to b. Each side is tested
+/// with the corner of the other polygon that is furthest against it, and from one side to the next that
+/// corner moves along: by steps to a neighbour that is further (rotating calipers: Shamos 1978; Toussaint
+/// 1983). The separation by a corner is never too small, so the side that is best by such corners is the best
+/// of all if its own corner is the furthest of all, which is checked at the end. Only rounding on nearly
+/// collinear sides stops a corner elsewhere; then each side is tested with each corner.
 class SideSearch
 {
   public:
-    /// Begins where the two corners are, from which the answer should not be far.
+    /// Begins at two corners, near which the answer should be.
     SideSearch(const Core2& a, const Core2& b, const CornerPair& begin) : a_(a), b_(b), begin_(begin) {}
 
     /// Ends early, with a separation above `enough`, once one is found.
@@ -215,7 +214,7 @@ class SideSearch
     {
         if (separation > best_.separation) best_ = {of_b ? -n : n, separation, of_b, false, side, corner};
     }
-    /// All sides, from the one before a corner on, and from a corner of the other.
+    /// Tests all sides, from the one before a corner on, starting with a corner of the other.
     void walk(const Core2& owner, const Core2& other, std::size_t corner, std::size_t at, bool of_b,
               double enough)
     {
@@ -224,7 +223,7 @@ class SideSearch
             i = side == 0 ? owner.before(i) : owner.after(i);
             const Vec2 on = owner.corner[i], n = owner.normal(i);
             double far = dot(n, other.corner[at] - on);
-            while (far > best_.separation) { // which gets less in each step, so that no corner comes twice
+            while (far > best_.separation) { // which decreases in each step, so that no corner comes twice
                 const std::size_t before = other.before(at), after = other.after(at);
                 const double far_before = dot(n, other.corner[before] - on),
                              far_after = dot(n, other.corner[after] - on);
@@ -237,11 +236,11 @@ class SideSearch
             }
         }
     }
-    /// Asks all corners about the best side.
+    /// Tests all corners against the best side.
     void confirm()
     {
         const Core2 &owner = best_.of_b ? b_ : a_, &other = best_.of_b ? a_ : b_;
-        if (other.corner.size() <= 3) return; // all have been asked, as neighbours
+        if (other.corner.size() <= 3) return; // all have been tested, as neighbours
         const Vec2 n = best_.of_b ? -best_.normal : best_.normal;
         const std::size_t corner = furthest_corner(other, -n);
         const double separation = dot(n, other.corner[corner] - owner.corner[best_.side]);
@@ -257,7 +256,7 @@ class SideSearch
             note(n, dot(n, other.corner[corner] - owner.corner[i]), of_b, i, corner);
         }
     }
-    /// A segment's ends can separate, but never are the shortest way out.
+    /// A segment's ends can separate, but are never the shortest way out.
     void look_past_ends(const Core2& owner, const Core2& other, bool of_b)
     {
         if (owner.sides() != 2) return;
@@ -286,15 +285,15 @@ void nearest_on_side(const Vec2& p, const Vec2& from, const Vec2& to, double& le
     }
 }
 
-/// Where along a side a point lies: 0 at its beginning, 1 at its end. No number if the side has no length.
+/// The place of a point along a side: 0 at its beginning, 1 at its end. NaN if the side has no length.
 double part_of_side(const Vec2& p, const Core2& core, std::size_t side)
 {
     const Vec2 from = core.corner[side], along = core.next(side) - from;
     return dot(p - from, along) / length2(along);
 }
 
-/// Where a side parts two polygons most, what is nearest is the other's corner and a point of the side, or of
-/// two corners each is the furthest towards the other. Returns false where rounding hides which.
+/// Where a side separates two polygons most, the nearest points are the other's corner and a point of the
+/// side, or two corners each furthest towards the other. Returns false if rounding hides which.
 bool nearest_by_axis(const Core2& a, const Core2& b, const Axis2& axis, Gap<2>& gap)
 {
     const Core2 &owner = axis.of_b ? b : a, &other = axis.of_b ? a : b;
@@ -316,7 +315,7 @@ bool nearest_by_axis(const Core2& a, const Core2& b, const Axis2& axis, Gap<2>& 
     gap.on_b = axis.of_b ? on : corner;
     gap.distance = length(gap.on_b - gap.on_a);
     if (!(gap.distance > 0)) return false;
-    // Of a side as short as rounding nobody knows what lies over it.
+    // For a side as short as rounding errors, nothing is known about what is over it.
     if (is_over && gap.distance > axis.separation + 1e-14 * (a.reach + b.reach)) return false;
     gap.normal = (gap.on_b - gap.on_a) * (1 / gap.distance);
     return true;
@@ -346,14 +345,14 @@ void nearest_of_all(const Core2& a, const Core2& b, Gap<2>& gap)
 
 /// The nearest points of two polygons that are apart, by corners that reach furthest towards each other
 /// (Gilbert, Johnson and Keerthi 1988): of the difference of the two, the segment nearest to zero is replaced
-/// by a nearer one, until no corner lies before it.
+/// by a nearer one, until no corner is before it.
 class NearestSearch
 {
   public:
     NearestSearch(const Core2& a, const Core2& b) : a_(a), b_(b), rounding_(1e-14 * (a.reach + b.reach)) {}
 
-    /// Begins at two corners. Returns false where rounding hides which points are the nearest, or if they are
-    /// no more than `clear` apart. Of two further apart than `enough` the distance may be just infinite.
+    /// Begins at two corners. Returns false if rounding hides which points are the nearest, or if they are no
+    /// more than `clear` apart. The distance may be infinite if it is more than `enough`.
     bool find(double clear, double enough, const CornerPair& begin, Gap<2>& gap)
     {
         CornerPair next = first_ = second_ = begin;
@@ -361,7 +360,7 @@ class NearestSearch
         Vec2 way = next.way;
         for (int step = 0; step < most_steps; ++step) {
             const double square = length2(way), distance = std::sqrt(square);
-            const auto is_nearest = [&] { // no corner lies before it by more than rounding
+            const auto is_nearest = [&] { // no corner is before it by more than rounding
                 return !(square - dot(way, next.way) > rounding_ * distance);
             };
             const auto is_beyond = [&] { return dot(way, next.way) > (enough + clear) * distance; };
@@ -385,7 +384,7 @@ class NearestSearch
   private:
     static constexpr int most_steps = 64;
 
-    /// By steps to neighbours that reach further.
+    /// Steps to neighbours that are further.
     [[nodiscard]] CornerPair pair_near(const Vec2& way, const CornerPair& from) const
     {
         const std::size_t a = climb(a_, way, from.a), b = climb(b_, -way, from.b);
@@ -396,7 +395,7 @@ class NearestSearch
         double most = dot(direction, core.corner[at]);
         for (const bool onwards : {true, false}) {
             const std::size_t from = at;
-            for (;;) { // ends, as no corner comes twice: `most` grows
+            for (;;) { // terminates, since no corner comes twice: `most` grows
                 const std::size_t next = onwards ? core.after(at) : core.before(at);
                 const double h = dot(direction, core.corner[next]);
                 if (!(h > most)) break;
@@ -407,7 +406,7 @@ class NearestSearch
         }
         return at;
     }
-    /// The nearer of the segments to the corners that there were. Returns the square of its distance.
+    /// The nearer of the segments to the two previous corners. Returns its squared distance.
     double replace_by(const CornerPair& next, Vec2& way)
     {
         const CornerPair old[2] = {first_, second_};
@@ -445,8 +444,8 @@ class NearestSearch
     double part_;
 };
 
-/// Of two sides that overlap and are parallel, a corner of the one may lie beside the other: moves it to the
-/// end of that. A side goes on in the next one if this is as high but for `rounding`.
+/// Of two parallel sides that overlap, a corner of one may be beside the other: moves it to the end of that.
+/// A side continues in the next one if that is as high except for `rounding`.
 void move_over(const Core2& owner, std::size_t side, const Vec2& out, double rounding, Vec2& corner)
 {
     const double part = part_of_side(corner, owner, side);
@@ -454,7 +453,7 @@ void move_over(const Core2& owner, std::size_t side, const Vec2& out, double rou
     const bool onwards = part > 1;
     const Vec2 way = onwards ? left(out) : right(out);
     std::size_t end = onwards ? owner.after(side) : side;
-    // Once around, and no further: of the sides of a needle rounding may let all go the same way.
+    // At most once around: rounding may make all sides of a needle count as collinear.
     for (std::size_t step = 0; step < owner.sides() && dot(way, corner - owner.corner[end]) > 0; ++step) {
         const std::size_t next = onwards ? owner.after(end) : owner.before(end);
         const Vec2 along = owner.corner[next] - owner.corner[end];
@@ -466,7 +465,7 @@ void move_over(const Core2& owner, std::size_t side, const Vec2& out, double rou
     }
 }
 
-/// Where along `way` the points of a core lie that are furthest along `out` but for `rounding`.
+/// The range along `way` of the points of a core that are furthest along `out`, except for `rounding`.
 struct Stretch
 {
     double from = HUGE_VAL, to = -HUGE_VAL;
@@ -483,14 +482,14 @@ Stretch furthest_stretch(const Core2& core, const Vec2& out, const Vec2& way, do
         }
     return stretch;
 }
-/// The same where only the direction is known: users' shapes and flat ellipses may have sides, too.
+/// The same if only the direction is known: custom shapes and flat ellipses may have sides, too.
 void move_over(const Core2& owner, const Core2& other, const Vec2& out, double rounding, Vec2& corner)
 {
     const Vec2 way = left(out);
     const Stretch one = furthest_stretch(owner, out, way, rounding),
                   two = furthest_stretch(other, -out, way, rounding);
     const double from = std::max(one.from, two.from), to = std::min(one.to, two.to);
-    if (!(from <= to)) return; // a corner of each, and which way they lie is up to rounding
+    if (!(from <= to)) return; // a corner of each, whose order is up to rounding
     const double at = dot(way, corner);
     corner = corner + way * (std::clamp(at, from, to) - at);
 }
@@ -504,7 +503,7 @@ Vec2 middle(const Core2& core)
 /// Whether the lines of two segments, or a segment and a point, cross between their ends.
 bool cross_each_other(const Core2& a, const Core2& b)
 {
-    const auto parts = [](const Core2& line, const Core2& ends) { // whether the line has them on two sides
+    const auto parts = [](const Core2& line, const Core2& ends) { // whether the line separates them
         const Vec2 from = line.corner[0], along = line.next(0) - from;
         return cross(along, ends.corner[0] - from) * cross(along, ends.next(0) - from) < 0;
     };
@@ -515,7 +514,7 @@ bool cross_each_other(const Core2& a, const Core2& b)
 
 void core_gap(const Core2& a, const Core2& b, double enough, Gap<2>& gap)
 {
-    // Beyond the tip of a polygon that is nearly a segment its sides part nothing by more than rounding.
+    // Beyond the tip of a polygon that is nearly a segment, its sides separate nothing by more than rounding.
     const double clear = core_touch * (a.reach + b.reach);
     Axis2 axis = a.axis;
     const bool is_settled = axis.separation > -HUGE_VAL;
@@ -543,11 +542,11 @@ void core_gap(const Core2& a, const Core2& b, double enough, Gap<2>& gap)
         return;
     }
     if (axis.separation > clear && !is_settled && nearest_by_axis(a, b, axis, gap)) return;
-    // The nearer round shapes are, the less their points say about the normal: the direction says it.
+    // The nearer round shapes are, the less accurate is a normal from their points, so the direction is used.
     const bool are_apart = axis.is_best && axis.separation > clear;
     if (axis.separation > -clear && !are_apart) {
         nearest_of_all(a, b, gap);
-        // Else a gap that rounding has closed.
+        // Otherwise a gap closed by rounding.
         if (gap.distance > 0 && (axis.separation > clear || parted_by(a, b, gap.normal) > clear)) return;
     }
     gap.normal = axis.normal;
@@ -567,7 +566,7 @@ void core_gap(const Core2& a, const Core2& b, double enough, Gap<2>& gap)
 
 namespace {
 
-/// A user's shape against a half-space: its one support point says it all.
+/// A custom shape against a half-space: its one support point is enough.
 Core2 lowest_point(const Core2& core, const Vec2& normal)
 {
     Core2 point(core.radius, core.reach, core.frame);
@@ -619,7 +618,7 @@ bool half_space_contact(const Core2& a, const Vec2& normal, double offset, doubl
 void convex_gap(const Core2& a, const Core2& b, double enough, Gap<2>& gap)
 {
     core_gap(a, b, enough + a.radius + b.radius, gap);
-    if (gap.distance <= 0) { // in the middle of what they share, as in 3D
+    if (gap.distance <= 0) { // in the middle of the common part, as in 3D
         Manifold<2> manifold;
         make_manifold(a, b, gap, 0, manifold);
         gap.distance -= a.radius + b.radius;

@@ -11,18 +11,18 @@ JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 namespace {
 
-/// Projections of vertices at which the expanding polytope gets faster than looking along all axes.
+/// The number of projections of vertices from which the expanding polytope is faster than testing all axes.
 constexpr double most_axes_cost = 1500;
 
-/// How far unit direction n parts two cores; below 0: how much they overlap along it.
+/// The separation of two cores along unit direction n; negative for an overlap.
 double parted_by(const Core3& a, const Core3& b, const Vec3& n)
 {
     return dot(n, furthest(b, -n) - furthest(a, n));
 }
 
-/// Makes the signed distance of smooth cores exact, of which the expanding polytope and GJK know a little
-/// less: parted along the normal found so far, until they are `clear` of each other, they are nearest along
-/// a better one. The less they overlap the fewer steps.
+/// Makes the signed distance of smooth cores exact, which the expanding polytope and GJK find less precisely:
+/// moved apart along the normal found so far until they are `clear` of each other, the cores are nearest
+/// along a better one. The less they overlap, the fewer steps it takes.
 void polish(const Core3& a, const Core3& b, double clear, Gap<3>& gap)
 {
     const double size = a.reach + b.reach;
@@ -39,14 +39,14 @@ void polish(const Core3& a, const Core3& b, double clear, Gap<3>& gap)
     }
 }
 
-/// Of the size: what overlaps by less nearly touches.
+/// Relative to the size: cores that overlap by less nearly touch.
 constexpr double nearly = 1e-6;
-/// Of the size: a plane with as much room surely parts two polytopes, whatever rounds.
+/// Relative to the size: a plane with this much room certainly separates two polytopes, rounding included.
 constexpr double parts_polytopes = 1e-14;
 
-/// Whether what gjk() says of two cores needs another look. Where they nearly touch, rounding leaves few
-/// digits of the direction between them; it then takes another face for the nearest, and gets lost among the
-/// points of smooth ones.
+/// Whether the result of gjk() for two cores must be checked. If they nearly touch, rounding leaves few
+/// digits of the direction between them; it may then choose a wrong face, and get stuck among the points of
+/// smooth ones.
 bool is_doubtful(const Core3& a, const Core3& b, Verdict verdict, const Simplex& simplex, const Gap<3>& gap)
 {
     if (verdict == Verdict::unclear) return false;
@@ -88,14 +88,14 @@ Verdict look_closer(const Core3& a, const Core3& b, Verdict verdict, const Simpl
     }
     return Verdict::apart;
 }
-/// Of these everything is known in closed form.
+/// These have closed forms.
 bool is_point_on_round(const Core3& a, const Core3& b)
 {
     return !a.is_smooth() && a.polytope.vertices == 1 &&
            (b.smooth == Smooth::cylinder || b.smooth == Smooth::cone);
 }
 
-/// The gap of cores of which GJK has found that they touch.
+/// The gap of cores that touch according to GJK.
 void overlap(const Core3& a, const Core3& b, const Simplex& simplex, Gap<3>& gap)
 {
     const double axes_cost = static_cast<double>(a.polytope.directions) * b.polytope.directions *
@@ -115,9 +115,9 @@ Verdict gap_if_apart(const Core3& a, const Core3& b, double enough, Simplex& sim
         return verdict == Verdict::apart ? verdict : Verdict::touch;
     }
     Verdict verdict = Verdict::unclear;
-    if (descends(a, b)) { // on smooth surfaces GJK goes on for long, and Newton's method for a few steps
+    if (descends(a, b)) { // on smooth surfaces GJK takes many steps, and Newton's method a few
         verdict = gjk(a, b, {}, enough, {.parted = 4, .unparted = 16}, simplex, gap);
-        // That an overlap can't be made less by small turns doesn't prove a deep one: there GJK decides.
+        // An overlap that no small turn reduces isn't proven to be the least if it is deep: then GJK decides.
         if (verdict == Verdict::unclear && descend(a, b, enough, gap) &&
             gap.distance > -nearly * (a.reach + b.reach))
             return gap.distance > 0 ? Verdict::apart : Verdict::touch;
@@ -129,8 +129,8 @@ bool are_sharp_boxes(const Core3& a, const Core3& b)
 {
     return a.is_box && b.is_box && a.radius == 0 && b.radius == 0;
 }
-/// The gap of two sharp boxes that overlap, from their contact. Returns false where they touch by no more
-/// than rounding, or don't.
+/// The gap of two sharp boxes that overlap, from their contact. Returns false if they overlap by no more than
+/// rounding.
 bool gap_of_boxes(const Core3& a, const Core3& b, Gap<3>& gap)
 {
     const Vec3 half_a = a.polytope.vertex(7), half_b = b.polytope.vertex(7), d = b.frame.p - a.frame.p;
@@ -149,7 +149,7 @@ void core_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap)
 {
     Simplex simplex;
     if (are_small_polyhedra(a, b)) {
-        // A few steps tell most of those apart that are; what is left mostly overlaps.
+        // A few steps recognise most cores that are apart; the rest mostly overlap.
         const Verdict verdict = gjk(a, b, {}, enough, {.steps = 2}, simplex, gap);
         const bool is_sure = !is_doubtful(a, b, verdict, simplex, gap);
         if (verdict == Verdict::apart && is_sure) return;
@@ -208,7 +208,7 @@ bool convex_contact(const Core3& a, const Core3& b, double margin, Manifold<3>& 
 {
     Gap<3> cores;
     const double enough = a.radius + b.radius + margin;
-    // Of smooth ones GJK may call a touch what Newton's method knows to be a gap.
+    // For smooth cores GJK may report a touch where Newton's method finds a gap.
     const double doubt = a.is_smooth() || b.is_smooth() ? uncertain(a, b) : 0;
     core_gap(a, b, enough + doubt, cores);
     if (!(cores.distance <= enough)) {
@@ -241,7 +241,7 @@ bool convex_touch(const Core3& a, const Core3& b)
         if (!is_close && !is_doubtful(a, b, verdict, simplex, gap))
             return verdict == Verdict::touch || gap.distance <= enough;
     }
-    core_gap(a, b, enough, gap); // so that there is a contact where this says that they touch
+    core_gap(a, b, enough, gap); // so that there is a contact whenever this reports a touch
     return gap.distance <= enough;
 }
 

@@ -5,7 +5,7 @@ JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 namespace {
 
-// Vertex i of a box has sign bit d of i set where coordinate d is positive.
+// Bit d of i is set if coordinate d of vertex i of a box is positive.
 constexpr std::uint32_t box_loop_begin[] = {0, 4, 8, 12, 16, 20, 24};
 constexpr std::uint32_t box_loop[] = {0, 4, 6, 2, /**/ 1, 3, 7, 5, /**/ 0, 1, 5, 4, /**/
                                       2, 6, 7, 3, /**/ 0, 2, 3, 1, /**/ 4, 5, 7, 6};
@@ -29,7 +29,7 @@ void put(double* coordinates, std::uint32_t i, const Vec3& v)
     coordinates[2 * lanes + i] = v.z;
 }
 
-// Balls inside cores, in local axes: p is on the surface, d points out of it.
+// Balls inside cores, in local axes: p is on the surface, and d points outwards.
 Ball ball_in_box(const Vec3& half, const Vec3& p, const Vec3& d)
 {
     const Vec3 size{std::abs(d.x), std::abs(d.y), std::abs(d.z)};
@@ -82,7 +82,7 @@ Ball ball_in_cone(const Vec3& size, const Vec3& p, const Vec3& d)
     const double aside = on_side - ball * out;
     return {{across.x * aside, p.y - ball * up, across.z * aside}, ball};
 }
-/// Every point of the surface of an ellipsoid lies on a ball inside it with the least radius of curvature.
+/// Every point of the surface of an ellipsoid is on a ball inside it with the least radius of curvature.
 /// Source: Blaschke, Kreis und Kugel (1916), sec. 24.
 Ball ball_in_ellipsoid(const Core3& core, const Vec3& d)
 {
@@ -157,7 +157,7 @@ Core3::Core3(const Shape<3>& shape, const Frame<3>& where, const Kernels& with)
         custom = shape.custom();
         break;
     case Kind::half_space: // a plane and no polytope
-    case Kind::mesh:       // not convex: their parts are
+    case Kind::mesh:       // not convex, but their parts are
     case Kind::height_field:
     case Kind::compound:
         break;
@@ -170,7 +170,7 @@ void Core3::set_smooth(Smooth what, const Vec<3, double>& size)
     lengths = load(size);
 }
 
-// Boxes that aren't flat are apart because they are the usual ones, and need no branches.
+// Boxes that aren't flat are handled separately because they are the usual ones, and need no branches.
 void Core3::set_box(const Vec<3, double>& half)
 {
     const Vec3 size = load(half);
@@ -195,7 +195,7 @@ void Core3::set_box(const Vec<3, double>& half)
     polytope.outline = box_loop;
 }
 
-/// A box without extent along some axes is a rectangle, a segment or a point: a face without area would have
+/// A box of zero size along some axes is a rectangle, a segment or a point: a face without area would have
 /// sides that cut nothing off.
 void Core3::set_flat_box(const Vec3& half)
 {
@@ -248,13 +248,13 @@ Core3::Core3(const Vec3& a, const Vec3& b, const Vec3& c, const Frame<3>& where,
     polytope.edges = 3;
     polytope.direction = directions_;
     const Vec3 ab = b - a, bc = c - b, ca = a - c;
-    directions_[0] = ab; // of any length: only who tries edges asks for their directions
+    directions_[0] = ab; // of any length: only tests of edges use their directions
     directions_[1] = bc;
     directions_[2] = ca;
     polytope.directions = 3;
     const Vec3 n = cross(ab, -ca);
     const double size = length(n);
-    // Thinner than this and the normal is noise: then it is a segment.
+    // If it is thinner than this, the normal is noise, and it counts as a segment.
     const double widest = std::max({length2(ab), length2(bc), length2(ca)});
     if (size > 1e-13 * widest) {
         const Vec3 unit = n * (1 / size);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// A convex shape in 3D as all tests see it: a core and everything within a radius around it. The core of a
-// sphere is a point, that of a capsule a segment, that of a box or hull the polytope itself; boxes and hulls
-// have a radius only if they are rounded. Cylinders, cones, ellipsoids and users' shapes have a core without
-// corners, which is known by its support function; see Smooth.
+// A convex shape in 3D for all tests: a core and everything within a radius around it. The core of a sphere
+// is a point, that of a capsule a segment, that of a box or hull the polytope itself; boxes and hulls have a
+// radius only if they are rounded. Cylinders, cones, ellipsoids and custom shapes have a core without
+// corners, known by its support function; see Smooth.
 #pragma once
 
 #include "narrow/kernels/kernels.hpp"
@@ -11,7 +11,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 
-/// Which support function a core has in place of corners, edges and faces.
+/// Which support function a core has instead of corners, edges and faces.
 enum class Smooth : std::uint8_t
 {
     none,     ///< it is a polytope
@@ -21,8 +21,8 @@ enum class Smooth : std::uint8_t
     ellipsoid ///< lengths: half its widths
 };
 
-/// A core with its position. It is made once for one shape and never changed to another.
-/// `polytope` points into the object itself for small shapes: it doesn't move.
+/// A core with its position, made for one shape and never changed to another.
+/// For small shapes `polytope` points into the object itself, so the object mustn't move.
 struct Core3
 {
     Core3(const Shape<3>& convex, const Frame<3>& where, const Kernels& kernels = best_kernels());
@@ -30,7 +30,7 @@ struct Core3
     Core3(const Core3&) = delete;
     Core3& operator=(const Core3&) = delete;
 
-    /// Known by its support points alone: it has neither corners nor faces.
+    /// Known only by its support points: it has neither corners nor faces.
     [[nodiscard]] bool is_smooth() const { return smooth != Smooth::none; }
 
     Polytope polytope;
@@ -60,7 +60,7 @@ struct Support
     Vec3 p;               ///< as seen from a's position
 };
 
-/// The unit vector across the y axis that d leans to; any where it leans to none.
+/// The unit vector across the y axis towards which d leans; any if it doesn't lean.
 inline Vec3 across_axis(const Vec3& d)
 {
     Vec3 across{d.x, 0, d.z};
@@ -72,8 +72,8 @@ inline Vec3 across_axis(const Vec3& d)
     return across * (1 / length(across));
 }
 /// A smooth core's support function is made of smooth pieces: the upper and lower rim of a cylinder, the tip
-/// and the rim of a cone, all of an ellipsoid. The number of the piece in which the point furthest along d
-/// lies, in local axes.
+/// and the rim of a cone, all of an ellipsoid. Returns the number of the piece with the point furthest along
+/// d, in local axes.
 inline std::uint32_t smooth_piece(const Core3& core, const Vec3& d)
 {
     const Vec3& size = core.lengths;
@@ -133,7 +133,7 @@ inline Support support(const Core3& core, const Vec3& direction)
         best = (d.x > 0 ? 1u : 0u) | (d.y > 0 ? 2u : 0u) | (d.z > 0 ? 4u : 0u);
     } else if (hull.vertices > 3) {
         best = core.kernels->furthest(hull.x, hull.stride, d.x, d.y, d.z);
-        if (best >= hull.vertices) best = 0; // no corner is furthest along what isn't a number
+        if (best >= hull.vertices) best = 0; // no corner is furthest along NaN
     } else {
         double most = -HUGE_VAL;
         for (std::uint32_t i = 0; i < hull.vertices; ++i) {
@@ -158,12 +158,12 @@ struct Ball
     Vec3 middle; ///< as seen from a's position
     double radius;
 };
-/// A ball inside a core that touches its surface at point p of it, where `normal` is the unit vector out of
-/// it: as big as can be, but on an ellipsoid, where it is as big as at the sharpest place. On an edge or a
-/// corner, and in cores whose inside isn't known, its radius is 0.
+/// The biggest ball inside a core that touches its surface at point p, where `normal` is the unit outward
+/// normal; on an ellipsoid it is as big as at the sharpest place. On an edge or a corner, and in cores whose
+/// inside isn't known, its radius is 0.
 Ball ball_inside(const Core3& core, const Vec3& p, const Vec3& normal);
 
-/// gjk() counts less than that as touching. Where two cores are as close to what is asked for, all who ask
+/// gjk() counts less than this as touching. If two cores are this close to a requested distance, all queries
 /// must decide by the same search.
 inline double uncertain(const Core3& a, const Core3& b)
 {

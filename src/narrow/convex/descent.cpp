@@ -18,7 +18,7 @@ struct Bend
         vv += much * along_v * along_v;
     }
     void add(double much) { uu += much, vv += much; }
-    /// Of the two eigenvalues.
+    /// The lower eigenvalue.
     [[nodiscard]] double least() const
     {
         const double half = 0.5 * (uu - vv);
@@ -35,8 +35,8 @@ struct Bend
     }
 };
 
-/// Adds how a core's piece bends at unit direction n: the second derivative of its support function across n,
-/// along u and v.
+/// Adds the curvature of a core's piece at unit direction n: the second derivative of its support function
+/// across n, along u and v.
 void add_bend(const Core3& core, std::uint32_t piece, const Vec3& n, const Vec3& u, const Vec3& v,
               double much, Bend& bend)
 {
@@ -45,9 +45,9 @@ void add_bend(const Core3& core, std::uint32_t piece, const Vec3& n, const Vec3&
     case Smooth::cone:
         if (piece == 0) return;
         [[fallthrough]];
-    case Smooth::cylinder: { // only turns around the axis bend: those along u are around v, and the other way
+    case Smooth::cylinder: { // only turns about the axis bend; those along u are about v, and vice versa
         const double on_u = dot(core.frame.r.y, u), on_v = dot(core.frame.r.y, v);
-        const double across = on_u * on_u + on_v * on_v; // of n and the axis, the sine's square
+        const double across = on_u * on_u + on_v * on_v; // squared sine of the angle of n and the axis
         if (across < 1e-20) return;
         const double inverse = 1 / std::sqrt(across);
         bend.add(much * size.x * inverse * inverse * inverse, on_v, -on_u);
@@ -80,28 +80,28 @@ Vec3 point_of(const Core3& core, std::uint32_t piece, const Vec3& direction)
     return core.frame * smooth_point(core, piece, core.frame.r.back(direction));
 }
 
-/// Two pieces, one of each core: what the overlap would be if there were no others.
+/// Two pieces, one of each core, and their overlap if there were no others.
 struct Piece
 {
     std::uint32_t of_a, of_b;
     Vec3 a, b;      ///< their points
-    double overlap; ///< along the direction where the search is
+    double overlap; ///< along the present direction
     Vec2 slope;     ///< how it grows from there
     double weight;
-    double excess = 0; ///< of the overlap over its model's, where the last step was too long
+    double excess = 0; ///< of the overlap over the model's, if the last step was too long
 };
 
-/// A search for the direction along which two cores overlap least. The overlap is the greatest of its
-/// pieces', which are smooth, and least within a piece, or where two or three of them are equal: a face that
-/// meets an edge, two edges. So each step goes to where the greatest of the pieces' quadratic models is
-/// least, and a piece is modelled once it is met. That is Newton's method for minimax. Source: Fletcher,
-/// Practical Methods of Optimization (1987), sec. 14.
+/// A search for the direction along which two cores overlap least. The overlap is the maximum of those of its
+/// pieces, which are smooth. Its minimum is within a piece, or where two or three of them are equal: a face
+/// that meets an edge, two edges. So each step minimises the maximum of the pieces' quadratic models, and a
+/// piece gets a model once it is met. This is Newton's method for minimax. Source: Fletcher, Practical
+/// Methods of Optimization (1987), sec. 14.
 class Descent
 {
   public:
     Descent(const Core3& a, const Core3& b) : a_(a), b_(b), size_(a.reach + b.reach) {}
 
-    /// Goes downhill, and keeps what it finds if it is the least so far.
+    /// Descends, and keeps the result if it is the least so far.
     void from(const Vec3& start)
     {
         left_disc_ = false;
@@ -118,17 +118,17 @@ class Descent
         keep();
     }
 
-    /// What it has found; the points are given if they are known.
+    /// The result; the points are set if they are known.
     void tell(Gap<3>& gap) const { gap = {-depth, normal, on_a, on_b, off() < 1e-7 * size_}; }
 
-    double depth = HUGE_VAL; ///< below 0: they are apart
-    Vec3 normal, on_a, on_b; ///< the points, as far as the pieces' weights say where they are
-    /// How far the points are from where depth and normal say.
+    double depth = HUGE_VAL; ///< negative: they are apart
+    Vec3 normal, on_a, on_b; ///< the points, as determined by the pieces' weights
+    /// The distance of the points from where depth and normal put them.
     [[nodiscard]] double off() const { return length(on_a - on_b - normal * depth); }
 
   private:
     static constexpr int most_pieces = 4, most_steps = 40;
-    static constexpr double longest_turn = 0.2; ///< radians: the models are no good further off
+    static constexpr double longest_turn = 0.2; ///< radians: further away the models are useless
 
     [[nodiscard]] Piece top(const Vec3& n) const
     {
@@ -142,13 +142,13 @@ class Descent
             if (piece_[i].of_a == piece.of_a && piece_[i].of_b == piece.of_b) return &piece_[i];
         return nullptr;
     }
-    /// Sets the points of a piece at the direction where the search is.
+    /// Sets the points of a piece for the present direction.
     void look(Piece& piece) const
     {
         piece.a = point_of(a_, piece.of_a, n_);
         piece.b = point_of(b_, piece.of_b, -n_);
     }
-    /// The rest, from the points.
+    /// Sets the rest from the points.
     void measure(Piece& piece) const
     {
         const Vec3 w = piece.a - piece.b;
@@ -157,7 +157,7 @@ class Descent
     }
     Piece& add(const Piece& piece)
     {
-        if (count_ == most_pieces) { // the lightest goes
+        if (count_ == most_pieces) { // the lightest is dropped
             int lightest = 0;
             for (int i = 1; i < count_; ++i)
                 if (piece_[i].weight < piece_[lightest].weight) lightest = i;
@@ -206,7 +206,7 @@ class Descent
         }
     }
 
-    /// Takes a step that is too short to be seen in the overlap, as it doubles the points' digits.
+    /// Takes a step too short to change the overlap, since it doubles the digits of the points.
     void take_last_step()
     {
         if (length(turn_) < 1e-11) return;
@@ -216,8 +216,7 @@ class Descent
         move(to, there);
         propose(longest_turn);
     }
-    /// Takes the step that was proposed, or a shorter one, or meets a new piece. Returns false if no step is
-    /// any good.
+    /// Takes the proposed step, or a shorter one, or meets a new piece. Returns false if no step improves.
     bool advance(double& trust)
     {
         for (bool corrected = false;;) {
@@ -226,7 +225,7 @@ class Descent
                 turn_ = turn_ * (trust / far);
                 far = trust;
             }
-            if (!(far >= 1e-9)) return false; // or no number
+            if (!(far >= 1e-9)) return false; // or is NaN
             const Vec3 to = turned(turn_);
             const Piece there = top(to);
             if (there.overlap < now_) {
@@ -249,8 +248,8 @@ class Descent
     }
 
     /// A rim bends ever more sharply towards the normal of its disc, where the overlap has a pit or a peak
-    /// that no model sees. If that is near and downhill, goes there and either stays, which returns true, or
-    /// leaves on the steepest way down.
+    /// that no model shows. If that is near and downhill, goes there and either stays, which returns true, or
+    /// leaves by the steepest descent.
     bool settles_on_disc()
     {
         if (left_disc_) return false;
@@ -282,20 +281,20 @@ class Descent
             double angle = 0.1;
             while (angle > 1e-9 && !(top(turned(down * angle)).overlap < now_))
                 angle *= 0.25;
-            // Where another edge bars the way, the search goes on beside it.
+            // If another edge bars the way, the search continues beside it.
             jump(turned(down * (angle > 1e-9 ? angle : 0.05)));
             left_disc_ = true;
             return false;
         }
         return false;
     }
-    /// The radius of the disc on the side of a core that local direction d looks to, or 0.
+    /// The radius of the disc on the side of a core that local direction d faces, or 0.
     static double disc(const Core3& core, const Vec3& d)
     {
         const bool has = core.smooth == Smooth::cylinder || (core.smooth == Smooth::cone && d.y < 0);
         return has ? core.lengths.x : 0;
     }
-    /// The same of a disc that n meets at right angles: then p, a point of it, becomes its middle.
+    /// The same for a disc that n meets at right angles: then p, a point of it, is set to its centre.
     static double take_middle(const Core3& core, const Vec3& n, Vec3& p)
     {
         const Vec3 d = core.frame.r.back(n);
@@ -303,10 +302,9 @@ class Descent
         if (radius > 0) p = core.frame * Vec3{0, d.y > 0 ? core.lengths.y : -core.lengths.y, 0};
         return radius;
     }
-    static constexpr double right_angle = 1e-18; ///< but for rounding, of the square of a sine
+    static constexpr double right_angle = 1e-18; ///< for the square of a sine, up to rounding
 
-    /// Sets the next step and the pieces' weights there. Returns what the overlap would be if the models were
-    /// exact.
+    /// Sets the next step and the pieces' weights there. Returns the overlap there by the models.
     double propose(double trust)
     {
         bend_ = {};
@@ -320,17 +318,17 @@ class Descent
             add_bend(b_, p.of_b, -n_, u_, v_, p.weight, bend_);
             (heavy == nullptr ? heavy : other) = &p;
         }
-        bend_.add(-now_); // the sphere of directions bends, too
-        // Across the edge of two pieces nothing is free: how they bend there decides nothing, but must not be
-        // down.
+        bend_.add(-now_); // the sphere of directions is curved, too
+        // Across the edge of two pieces there is no freedom: the curvature there doesn't matter, but mustn't
+        // be negative.
         if (other != nullptr) {
             const Vec2 k = other->slope - heavy->slope;
             if (const double far = length2(k); far > 0) bend_.add(2 * size_ / far, k.x, k.y);
         }
         if (const double least = bend_.least(); least < 1e-6 * size_)
             bend_.add(0.1 * std::max(now_, std::abs(least)) + 1e-3 * size_ - least);
-        // A step that is too long is taken as if all bent more: it follows the steepest way down then. The
-        // same step cut short would follow the flattest, out of the valley.
+        // A step that is too long is computed again with more curvature, so that it follows the steepest
+        // descent. The same step cut short would follow the flattest direction, out of the valley.
         double value = solve();
         for (int i = 0; i < 4 && length(turn_) > 1.2 * trust; ++i) {
             bend_.add(bend_.least() * (length(turn_) / trust - 1));
@@ -338,8 +336,8 @@ class Descent
         }
         return value;
     }
-    /// Proposes anew where the edge between pieces bends away from their models: by what these miss at `to`,
-    /// the step before. Source: Fletcher, sec. 14.4.
+    /// Proposes a corrected step where the edge between pieces bends away from their models, by their errors
+    /// at `to`, the previous step. Source: Fletcher, sec. 14.4.
     void correct(const Vec3& to)
     {
         for (int i = 0; i < count_; ++i) {
@@ -365,8 +363,8 @@ class Descent
             piece_[i].weight = weight[i];
         return best;
     }
-    /// The step to where the models of pieces i, j and k (those that aren't -1) are equal and least, if it is
-    /// the best so far. By their weights the pieces' slopes cancel out there: the dual problem.
+    /// The step to where the models of pieces i, j and k (those that aren't -1) are equal and minimal, if it
+    /// is the best so far. The weights make the pieces' slopes cancel out there: the dual problem.
     void attempt(const Bend& inverse, int i, int j, int k, double& best, double* weight)
     {
         const Piece& p = piece_[i];
@@ -407,25 +405,25 @@ class Descent
     const Core3& a_;
     const Core3& b_;
     double size_;
-    Vec3 n_, u_, v_; ///< where the search is, and the axes across
+    Vec3 n_, u_, v_; ///< the present direction, and the axes across it
     double now_ = 0; ///< the overlap there
     Piece piece_[most_pieces];
     int count_ = 0;
     Bend bend_;
-    Vec2 turn_; ///< the step that is proposed
+    Vec2 turn_; ///< the proposed step
     bool left_disc_ = false;
 };
 
-/// What the depth may be off by, of itself.
+/// The relative error allowed for the depth.
 constexpr double close_enough = 1e-3;
-/// A bound of the depth at or above which what is known is good enough.
+/// A lower bound of the depth from which on the result is good enough.
 double enough_depth(const Core3& a, const Core3& b, const Descent& descent)
 {
     return (1 - close_enough) * descent.depth - 1e-12 * (a.reach + b.reach);
 }
 
-/// Whether balls inside the cores overlap by the depth that is known, which the cores then do at least: if
-/// not, that says nothing.
+/// Whether balls inside the cores overlap by the known depth, so that the cores overlap by at least that. If
+/// not, this proves nothing.
 bool is_as_deep(const Core3& a, const Core3& b, const Descent& descent)
 {
     const Ball in_a = ball_inside(a, descent.on_a, descent.normal);
@@ -434,8 +432,8 @@ bool is_as_deep(const Core3& a, const Core3& b, const Descent& descent)
     return depth >= enough_depth(a, b, descent);
 }
 
-/// Grows a polytope inside the difference of the cores, which says how deep they overlap at least, and goes
-/// downhill from each of its faces that shows a direction better than what is known.
+/// Grows a polytope inside the difference of the cores, which gives a lower bound of the depth, and descends
+/// from each of its faces whose direction is better than the best so far.
 void search_all(const Core3& a, const Core3& b, const Simplex& simplex, Descent& descent)
 {
     constexpr int most_steps = 64;
@@ -449,7 +447,7 @@ void search_all(const Core3& a, const Core3& b, const Simplex& simplex, Descent&
     if (!expansion.take_in(expansion.furthest(normal))) return;
     if (a.is_smooth() && b.is_smooth()) {
         // The faces around this point are close enough if they lean by less than 0.045: on a round surface,
-        // those between points along directions that lean by a little more.
+        // those between points whose directions lean by a little more.
         constexpr double lean = 0.05;
         Vec3 u, v;
         basis(normal, u, v);
@@ -461,8 +459,8 @@ void search_all(const Core3& a, const Core3& b, const Simplex& simplex, Descent&
         if (offset == HUGE_VAL) return;
         const Vec3 n = expansion.normal(face);
         const Vec3 w = expansion.furthest(n);
-        // Around a sharp tip, whose own direction can be a maximum, all reach too far until there are many
-        // faces; yet downhill from the nearest is the least.
+        // Around a sharp tip, whose own direction can be a maximum, all extend too far until there are many
+        // faces; but descending from the nearest leads to the minimum.
         const bool is_late = step == 16 || step == 32 || step == most_steps - 1;
         if (is_late || dot(n, w) < descent.depth) descent.from(n);
         if (!expansion.grow(face, w)) return;
@@ -478,9 +476,9 @@ bool descends(const Core3& a, const Core3& b)
         switch (core.smooth) {
         case Smooth::cylinder:
             return true;
-        case Smooth::cone: // a flat one's tip is a disc, nearly
+        case Smooth::cone: // the tip of a flat cone is nearly a disc
             return size.y > 0.02 * size.x;
-        case Smooth::ellipsoid: // a flat one's rim is an edge, nearly
+        case Smooth::ellipsoid: // the rim of a flat ellipsoid is nearly an edge
             return std::min({size.x, size.y, size.z}) > 0.01 * std::max({size.x, size.y, size.z});
         case Smooth::custom:
             return false;

@@ -7,7 +7,8 @@ namespace narrow {
 bool Expansion::start(const Simplex& simplex)
 {
     static const Vec3 tries[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}};
-    // From the first point: the simplex again, as far as it has full size, and what is missing.
+    // Rebuilds a tetrahedron from the first point: keeps the points of the simplex that are independent, and
+    // adds the missing ones.
     const auto take = [&](auto&& measure, auto&& directions) {
         const double least = 1e-10 * size_;
         for (int i = 0; i < simplex.count; ++i)
@@ -69,14 +70,14 @@ std::uint32_t Expansion::add(std::uint32_t i, std::uint32_t j, std::uint32_t k)
     face.round = 0;
     const Vec3 p = points_[i], n = cross(points_[j] - p, points_[k] - p);
     const double size = length(n);
-    if (!(size > 1e-16 * size_ * size_)) { // a sliver is never the nearest; its neighbours say the same
+    if (!(size > 1e-16 * size_ * size_)) { // a sliver is never the nearest; its neighbours are as good
         face.normal = {};
         offsets_[f] = HUGE_VAL;
         return f;
     }
     face.normal = n * (1 / size);
     offsets_[f] = dot(face.normal, p);
-    const bool waits = offsets_[f] < limit_; // half do: no branch foresees which
+    const bool waits = offsets_[f] < limit_; // half do, unpredictably: so without a branch
     waiting_.push_back(f);
     waiting_.resize(waiting_.size() - (waits && !face.waits ? 0 : 1));
     face.waits |= waits;
@@ -91,8 +92,9 @@ void Expansion::join(std::uint32_t face, int side, std::uint32_t other, int its)
     faces_[other].beside_its[its] = static_cast<std::uint8_t>(side);
 }
 
-/// Comes to a face across one of its sides: where `beyond` is outside, the face goes, and those behind it are
-/// visited in turn. So the sides of what stays are met one after the other around the hole.
+/// Visits a face across one of its sides: if `beyond` is outside the face, it is removed, and its other
+/// neighbours are visited in turn. So the sides of the remaining faces are met one after another around the
+/// hole.
 void Expansion::visit(std::uint32_t face, std::uint8_t side, const Vec3& beyond)
 {
     Face& here = faces_[face];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How deep two cores of any kind overlap: the expanding polytope algorithm.
+// The overlap of two cores of any kind, by the expanding polytope algorithm.
 // Source: van den Bergen, Proximity Queries and Penetration Depth Computation on 3D Game Objects, GDC 2001.
 #pragma once
 
@@ -9,9 +9,9 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 
-/// A polytope inside the difference of two cores that holds the origin and grows. Two bounds say how deep the
-/// cores overlap: it is no less than the offset of the nearest face, and no more than the difference reaches
-/// along any direction.
+/// A growing polytope inside the difference of two cores that contains the origin. The depth has two bounds:
+/// it is at least the offset of the nearest face, and at most the extent of the difference along any
+/// direction.
 class Expansion
 {
   public:
@@ -20,8 +20,8 @@ class Expansion
     {
     }
 
-    /// Begins with a tetrahedron, from gjk()'s last simplex. Returns false where the difference of the two
-    /// cores has no volume: they overlap by nothing along `flat_normal` then.
+    /// Begins with a tetrahedron, from gjk()'s last simplex. Returns false if the difference of the two cores
+    /// has no volume: then their overlap along `flat_normal` is zero.
     bool start(const Simplex& simplex);
 
     struct Nearest
@@ -29,10 +29,10 @@ class Expansion
         std::uint32_t face;
         double offset; ///< infinite if none is left
     };
-    /// Of the faces whose offset is less than `limit`, which may only fall from call to call.
+    /// The nearest of the faces whose offset is less than `limit`, which may only decrease from call to call.
     [[nodiscard]] Nearest nearest(double limit)
     {
-        // Which faces these are can't be foreseen: so there is no branch.
+        // Which faces these are is unpredictable, so there is no branch.
         std::uint32_t face = 0;
         double least = limit;
         std::size_t kept = 0;
@@ -57,9 +57,9 @@ class Expansion
         return support(a_, direction).p - support(b_, -direction).p;
     }
 
-    /// Takes in a point beyond a face. Returns false where rounding has left no closed surface.
+    /// Adds a point beyond a face. Returns false if rounding has left no closed surface.
     bool grow(std::uint32_t from, const Vec3& beyond);
-    /// Takes in a point if it is outside. Returns false as grow() does.
+    /// Adds a point if it is outside. Returns false as grow() does.
     bool take_in(const Vec3& point);
 
     Vec3 flat_normal{0, 1, 0};
@@ -71,11 +71,11 @@ class Expansion
         std::uint32_t v[3];
         std::uint32_t beside[3];    ///< the face across a side
         std::uint8_t beside_its[3]; ///< which side of that face it is
-        bool waits;                 ///< is among those that wait
-        std::uint32_t round;        ///< in which it went, if it did
+        bool waits;                 ///< is among the waiting faces
+        std::uint32_t round;        ///< in which it was removed, if it was
         Vec3 normal;
     };
-    /// A side of a face that stays, where faces beyond it go.
+    /// A side of a remaining face, beyond which faces are removed.
     struct Side
     {
         std::uint32_t face, from, to; ///< the points as the new face there has them
@@ -92,20 +92,20 @@ class Expansion
 
     const Core3& a_;
     const Core3& b_;
-    double least_out_; ///< beyond a face by less is on it
+    double least_out_; ///< a point beyond a face by less counts as on it
     double size_;
     SmallVector<Vec3, 64> points_;
     SmallVector<Face, 128> faces_;
     SmallVector<double, 128> offsets_;        ///< of each face's plane; infinite where a place is empty
-    SmallVector<std::uint32_t, 64> places_;   ///< of faces that went
+    SmallVector<std::uint32_t, 64> places_;   ///< of removed faces
     SmallVector<std::uint32_t, 128> waiting_; ///< faces among which is the nearest
     double limit_ = HUGE_VAL;
     SmallVector<Side, 64> horizon_;
     std::uint32_t round_ = 0;
 };
 
-/// The least overlap of two cores of which gjk() said that they overlap, from its last simplex: gap.distance
-/// is minus the depth, and 0 where the difference of the two has no volume. The gap's points are not set.
+/// The least overlap of two cores that overlap according to gjk(), from its last simplex: gap.distance is
+/// minus the depth, and 0 if the difference of the two has no volume. The gap's points are not set.
 void expand(const Core3& a, const Core3& b, const Simplex& simplex, Gap<3>& gap);
 
 } // namespace narrow

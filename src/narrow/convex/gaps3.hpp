@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Distances of the simplest shapes in closed form. Each has its slow twin in convex3.hpp, which decides where
+// Distances of the simplest shapes in closed form. Each has its slow twin in convex3.hpp, which decides if
 // they return unclear: for cores that touch or nearly do, these formulas give no direction.
 //
-// All are inlined into their callers: results that are written number by number and read back as vectors wait
-// for the memory, which takes longer than the formulas themselves.
+// All are inlined into their callers: results that are written number by number and read back as vectors
+// stall on store forwarding, which takes longer than the formulas themselves.
 #pragma once
 
 #include "narrow/convex/manifold.hpp"
@@ -15,16 +15,17 @@ namespace narrow {
 
 inline double clamped(double x, double half)
 {
-    const double up = half < x ? half : x, low = 0 - half; // as the kernels, to the sign of zero
+    const double up = half < x ? half : x, low = 0 - half; // like the kernels, including the sign of zero
     return up < low ? low : up;
 }
 
-/// Two cores with a radius around each: how far the cores are apart and where, `on_b` seen from a's position.
+/// Two cores with a radius around each: the distance of the cores and the nearest points, `on_b` relative to
+/// a's position.
 struct Cores
 {
     double distance;
     Vec3 normal, on_a, on_b;
-    double size; ///< of both, with what is between them
+    double size; ///< of both and the gap between them
     double radius_a, radius_b;
 };
 [[gnu::always_inline]] inline Verdict gap_of(const Cores& cores, double enough, Gap<3>& gap)
@@ -42,14 +43,14 @@ inline double extent(const Vec3& d)
     return std::abs(d.x) + std::abs(d.y) + std::abs(d.z);
 }
 
-/// A capsule, or a sphere, whose half length is 0.
+/// A capsule, or a sphere, which has half length 0.
 struct Round
 {
     Vec3 axis; ///< unit; any for a sphere
     double half_length, radius;
 };
 /// Source: Ericson sec. 5.1.9; numerator and denominator of the lines' nearest points as cross products,
-/// which lose nothing where the lines are nearly parallel.
+/// which lose nothing if the lines are nearly parallel.
 [[gnu::always_inline]] inline Verdict round_gap(const Round& a, const Round& b, const Vec3& d, double enough,
                                                 Gap<3>& gap)
 {

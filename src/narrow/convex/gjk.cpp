@@ -9,11 +9,11 @@ JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 namespace {
 
-/// The point of up to three others' hull that is nearest to the origin.
+/// The point nearest to the origin in the hull of up to three points.
 struct Nearest
 {
     int count = 0;
-    int of[3] = {}; ///< between which of them it lies; behind those the first one again, with weight 0
+    int of[3] = {}; ///< the points between which it is; then the first one again, with weight 0
     double weight[3] = {};
 };
 
@@ -37,7 +37,7 @@ Nearest nearest_on_triangle(const Vec3& a, const Vec3& b, const Vec3& c)
     const double d5 = -dot(ab, c), d6 = -dot(ac, c);
     if (d6 >= 0 && d5 <= d6) return {1, {2, 2, 2}, {1}};
     const Vec3 n = cross(ab, ac);
-    // The signed areas as the origin sees them; as triple products, which lose less than d1 * d4 - d3 * d2.
+    // The signed areas seen from the origin, as triple products, which lose less than d1 * d4 - d3 * d2.
     const double vc = dot(n, cross(a, b)), va = dot(n, cross(b, c)), vb = dot(n, cross(c, a));
     if (vc <= 0 && d1 >= 0 && d3 <= 0) {
         const double t = d1 / (d1 - d3);
@@ -56,7 +56,7 @@ Nearest nearest_on_triangle(const Vec3& a, const Vec3& b, const Vec3& c)
     return {3, {0, 1, 2}, {va / sum, vb / sum, vc / sum}};
 }
 
-/// The same of points that have other numbers than 0, 1 and 2.
+/// The same for points with other numbers than 0, 1 and 2.
 Nearest renamed(Nearest nearest, const int* numbers)
 {
     for (int& of : nearest.of)
@@ -66,13 +66,13 @@ Nearest renamed(Nearest nearest, const int* numbers)
 Vec3 position(const Nearest& nearest, const SimplexPoint* points, Vec3 SimplexPoint::* which)
 {
     Vec3 p;
-    for (int i = 0; i < 3; ++i) // always three: how many they are can't be predicted
+    for (int i = 0; i < 3; ++i) // always three, since their number can't be predicted
         p += points[nearest.of[i]].*which * nearest.weight[i];
     return p;
 }
 
-/// Of four points, points[at[0]] to points[at[3]]. Returns false if the origin is inside, unless the caller
-/// knows that it isn't.
+/// The same for four points, points[at[0]] to points[at[3]]. Returns false if the origin is inside, unless
+/// the caller knows that it isn't.
 bool nearest_on_tetrahedron(const SimplexPoint* points, const int (&at)[4], bool surely_outside,
                             Nearest& best)
 {
@@ -85,7 +85,7 @@ bool nearest_on_tetrahedron(const SimplexPoint* points, const int (&at)[4], bool
         const Vec3 &a = points[corner[0]].w, &b = points[corner[1]].w, &c = points[corner[2]].w;
         const Vec3 n = cross(b - a, c - a), up = points[at[face[3]]].w - a;
         const double origin = -dot(a, n), other = dot(up, n);
-        // On the inner side; but a flat tetrahedron has no inside, whatever rounding says.
+        // On the inner side; but a flat tetrahedron has no inside, whatever the rounding.
         if (!surely_outside && origin * other > 0 && other * other > 1e-24 * length2(n) * length2(up))
             continue;
         outside = true;
@@ -108,7 +108,7 @@ void arrange(Simplex& s, const int* at, int count)
     s.count = count;
 }
 
-/// Of a triangle's points the one nearest to p.
+/// The point of a triangle nearest to p.
 Vec3 nearest_of_triangle(const Vec3 (&corner)[3], const Vec3& p)
 {
     const Nearest nearest = nearest_on_triangle(p - corner[0], p - corner[1], p - corner[2]);
@@ -117,8 +117,7 @@ Vec3 nearest_of_triangle(const Vec3 (&corner)[3], const Vec3& p)
         on += corner[nearest.of[i]] * nearest.weight[i];
     return on;
 }
-/// Of a cylinder's or cone's points the one nearest to p, in its axes: it lies in the half-plane of the axis
-/// and p.
+/// The point of a cylinder or cone nearest to p, in its axes. It is in the half-plane of the axis and p.
 Vec3 nearest_of_round(const Core3& core, const Vec3& p)
 {
     const double radius = core.lengths.x, half = core.lengths.y;
@@ -150,8 +149,8 @@ struct Closest
     Vec3 on_a, on_b;
     double square = HUGE_VAL;
 };
-/// Where two segments, from p along `way` and from c along `side`, are nearest to each other, if that is
-/// nearer than `best`. Source: as round_gap().
+/// The nearest points of two segments, from p along `way` and from c along `side`, if they are nearer than
+/// `best`. Source: as round_gap().
 void take_nearer(const Vec3& p, const Vec3& way, const Vec3& c, const Vec3& side, Closest& best)
 {
     const auto part = [](double x) { return std::max(0.0, std::min(1.0, x)); };
@@ -164,13 +163,13 @@ void take_nearer(const Vec3& p, const Vec3& way, const Vec3& c, const Vec3& side
     const double distance = length2(here.on_b - here.on_a);
     if (distance < best.square) best = {here.on_a, here.on_b, distance};
 }
-/// The gap between a segment and a triangle that has a plane: as point_gap().
+/// The gap between a segment and a triangle with a plane: as point_gap().
 Verdict segment_gap(const Core3& a, const Core3& b, const Vec3& shift, double enough, Gap<3>& gap)
 {
     Vec3 end[2];
     for (std::uint32_t i = 0; i < 2; ++i)
         end[i] = b.frame.r.back(a.frame * a.polytope.vertex(i) - shift - b.frame.p);
-    Vec3 corner[3]; // counterclockwise, seen from where the normal leads
+    Vec3 corner[3]; // counterclockwise, seen from the tip of the normal
     for (std::uint32_t i = 0; i < 3; ++i)
         corner[i] = b.polytope.vertex(b.polytope.outline[i]);
     const Vec3 n = b.polytope.normal(0), way = end[1] - end[0];
@@ -178,7 +177,7 @@ Verdict segment_gap(const Core3& a, const Core3& b, const Vec3& shift, double en
     const bool crosses = height[0] * height[1] <= 0;
     const double least = crosses ? 0 : std::min(std::abs(height[0]), std::abs(height[1]));
     const Vec3 crossing = end[0] - way * (crosses ? height[0] / (height[1] - height[0]) : 0);
-    // Of the triangle's sides only those that an end is beyond can be nearest.
+    // Only sides of the triangle beyond which an end is can be nearest.
     bool over[2] = {true, true}, passes = crosses;
     Vec3 from[3], along[3];
     int sides = 0;
@@ -212,7 +211,7 @@ Verdict segment_gap(const Core3& a, const Core3& b, const Vec3& shift, double en
     return Verdict::apart;
 }
 
-/// Where the search begins: a triangle is a piece of a surface, whose origin may be far.
+/// The start of the search: a triangle is a piece of a surface, whose origin may be far away.
 Vec3 piece_middle(const Core3& core)
 {
     return is_triangle(core) ? core.frame * core.polytope.middle : core.frame.p;
@@ -243,11 +242,11 @@ void point_depth(const Vec3& p, const Core3& b, Gap<3>& gap)
     const double radius = b.lengths.x, half = b.lengths.y;
     const double aside = std::sqrt(local.x * local.x + local.z * local.z);
     const Vec3 across = aside > 0 ? Vec3{local.x / aside, 0, local.z / aside} : Vec3{1, 0, 0};
-    // Of the side and the discs the one that is nearest: outwards of it, and how far outside of its plane.
+    // The nearest of the side and the discs: its outward normal, and the distance outside its plane.
     Vec3 out = across;
     double outside = aside - radius, beyond_disc = std::abs(local.y) - half;
     const double side = std::sqrt(radius * radius + 4 * half * half);
-    if (b.smooth == Smooth::cone && side > 0) { // one that is a point has no side
+    if (b.smooth == Smooth::cone && side > 0) { // a point has no side
         out = across * (2 * half / side) + Vec3{0, radius / side, 0};
         outside = (2 * half * aside + radius * (local.y - half)) / side;
         beyond_disc = -half - local.y;
@@ -259,7 +258,7 @@ void point_depth(const Vec3& p, const Core3& b, Gap<3>& gap)
     gap = {outside, b.frame.r * -out, p, b.frame * (local - out * outside), true};
 }
 
-// Flat: each step waits for the one before, so that a call more is felt.
+// Inlined: each step waits for the one before, so an additional call costs time.
 [[gnu::flatten]] Verdict gjk(const Core3& a, const Core3& b, const Vec3& shift, double enough, MostSteps most,
                              Simplex& s, Gap<3>& gap)
 {
@@ -282,7 +281,7 @@ void point_depth(const Vec3& p, const Core3& b, Gap<3>& gap)
     double least = HUGE_VAL, extent = 0;
     double& widest = s.parted = -HUGE_VAL;
     s.count = 0;
-    SimplexPoint* const points = s.point; // each stays in its place as long as it is wanted
+    SimplexPoint* const points = s.point; // each stays in its place as long as it is used
     Nearest best, last; // of all steps, and of the last one, which rounding may have made worse
     for (int step = 0; step < all_steps; ++step) {
         if (step == most.steps || step >= (widest > 0 ? most.parted : most.unparted)) return Verdict::unclear;
@@ -319,7 +318,8 @@ void point_depth(const Vec3& p, const Core3& b, Gap<3>& gap)
         else if (count == 2)
             last = renamed(nearest_on_triangle(points[at[0]].w, points[at[1]].w, w.w), at);
         else if (!nearest_on_tetrahedron(points, at, false, last)) {
-            // A smooth shape's points lie so close that rounding can say so of shapes that a plane parts.
+            // The points of a smooth shape are so close that rounding can cause this for shapes that a plane
+            // separates.
             if (!(widest > 0 && widest * widest > 1e-24 * extent)) {
                 arrange(s, at, 4);
                 return Verdict::touch;
@@ -332,13 +332,13 @@ void point_depth(const Vec3& p, const Core3& b, Gap<3>& gap)
             arrange(s, last.of, last.count);
             return Verdict::touch;
         }
-        if (!(next_size < least)) break; // rounding: the one before was the best
+        if (!(next_size < least)) break; // rounding: the previous one was the best
         least = next_size;
         v = next;
         best = last;
     }
     const double distance = length(v);
-    // A gap this small has a direction of few digits: the overlap's is better.
+    // The direction of a gap this small has few digits: that of the overlap is better.
     if (distance <= core_touch * std::sqrt(extent)) {
         arrange(s, last.of, last.count);
         return Verdict::touch;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the tests of two convex pieces find, in the plane and in space: a gap, or a contact of a few points.
+// The results of tests of two convex pieces, in 2D and 3D: a gap, or a contact of a few points.
 #pragma once
 
 #include <cstdint>
@@ -39,14 +39,14 @@ struct Gap
 {
     double distance;
     V<Dim> normal, on_a, on_b;
-    bool located = false; ///< of an overlap: the points are known, too
+    bool located = false; ///< for an overlap: the points are known, too
 };
 
-/// What a test says of two shapes.
+/// The answer of a test of two shapes.
 enum class Verdict
 {
-    apart,  ///< by more than was asked for
-    touch,  ///< they touch, overlap, or are as near as was asked for
+    apart,  ///< by more than requested
+    touch,  ///< they touch, overlap, or are as near as requested
     unclear ///< this test can't tell: another one must decide
 };
 
@@ -65,23 +65,23 @@ void flip(Gap<Dim>& gap)
     std::swap(gap.on_a, gap.on_b);
 }
 
-// Cosines of the angle between a contact's normal and a face (in the plane: a side). No contact appears or
-// vanishes by these: they choose which features give its points, and the depth of each point is exact along
-// the normal. What the choice must bear is a solver's restlessness: a body that settles tilts by a few tenths
-// of a degree from step to step.
+// Cosines of the angle between a contact's normal and a face (in 2D, a side). These don't decide whether
+// there is a contact, only which features give its points, and the depth of each point is exact along the
+// normal. The choice must be robust against a solver's jitter: a body that settles tilts by a few tenths of a
+// degree from step to step.
 
-/// The normal is a face's own: about 1 degree, which is also how far off the normal is that GJK finds for a
-/// gap of a thousandth of the face's size.
+/// The normal is that of a face: within about 1 degree, which is also the error of GJK's normal for a gap of
+/// a thousandth of the face's size.
 inline constexpr double squarely_face = 0.9998;
-/// Two faces, or a face and an edge, that will lie flat in a step or two share points already: about 5
-/// degrees, at which a face of length 1 stands off by 0.09.
+/// Two faces, or a face and an edge, that will be flat on each other in a step or two already share points:
+/// within about 5 degrees, at which a face of length 1 stands off by 0.09.
 inline constexpr double nearly_face = 0.996;
 /// The sine of that angle: an edge is level up to it.
 inline constexpr double nearly_level = 0.087;
-/// What meets a face squarely may itself be a face at up to 60 degrees: beyond it an edge or vertex meets it.
+/// A face at up to 60 degrees may meet a face squarely; beyond that an edge or vertex meets it.
 inline constexpr double other_face = 0.5;
-/// Two edges cross in a point, but in one that runs off along them as they get parallel: at 1 degree it moves
-/// by 50 times what they do. Below this sine of the angle they are side by side and have two points.
+/// Two edges cross in a point, which moves along them as they get parallel: at 1 degree it moves 50 times as
+/// far as they do. Below this sine of the angle they count as side by side and have two points.
 inline constexpr double side_by_side = 0.02;
 
 } // namespace narrow

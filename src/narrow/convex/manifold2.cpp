@@ -22,7 +22,7 @@ struct Clip2
     }
     Vec2 n, t;
     double radius_a, radius_b, margin;
-    double rounding; ///< what is apart by less than that beyond the margin counts, as in keeps()
+    double rounding; ///< points apart by less than this beyond the margin count, as in keeps()
     ManifoldPoint<2> found[3];
     std::uint32_t count = 0;
 
@@ -35,7 +35,7 @@ struct Clip2
     }
 };
 
-/// A side seen along the normal: from where to where it lies across it, and how high.
+/// A side seen along the normal: its range across it, and its heights.
 struct Span2
 {
     double low, high, height_low, height_high;
@@ -77,7 +77,7 @@ void clip_sides(Clip2& clip, const Side2& side_a, const Side2& side_b)
     if (end > begin) add(end, a.high <= b.high, a.number_high, b.number_high);
 }
 
-/// The corner of a that reaches furthest along the normal, against the height at which b's side begins.
+/// The corner of a furthest along the normal, against the height at which b's side begins.
 void clip_corner(Clip2& clip, const Core2& a, const Side2& b)
 {
     const std::size_t corner = furthest_corner(a, clip.n);
@@ -109,7 +109,7 @@ void make_manifold(const Core2& a, const Core2& b, const Gap<2>& cores, double m
     if (cores.distance == 0) clip.rounding = core_touch * (a.reach + b.reach); // which may have been a gap
     const double depth = a.radius + b.radius - cores.distance;
     const Side2 side_a = best_side(a, clip.n), side_b = best_side(b, -clip.n);
-    // As in 3D: against a side hit squarely the other shape shows a side at up to 60 degrees.
+    // As in 3D: against a side that is hit squarely the other shape contributes a side at up to 60 degrees.
     const bool exact = side_a.alignment > squarely_face || side_b.alignment > squarely_face;
     const double threshold = exact ? other_face : nearly_face;
     std::uint16_t feature_a, feature_b;

@@ -13,14 +13,14 @@ std::uint16_t id_of(const Feature& f)
     return feature_id(f.kind, f.id);
 }
 
-/// Without branches on the coordinates, some of which the points of many a face share.
+/// Without branches on the coordinates, which are often equal for points of a face.
 bool same(const Vec3& p, const Vec3& q)
 {
     return ((p.x == q.x) & (p.y == q.y) & (p.z == q.z)) != 0;
 }
 
 /// Calls visit(p, number), in local axes, for the points that can be deepest below a plane across d: four of
-/// each disc, of which one is deepest of all, and a tip.
+/// each disc, one of which is the deepest of all, and a tip.
 template <class Visit>
 void for_each_corner(const Core3& core, const Vec3& d, const Visit& visit)
 {
@@ -46,7 +46,8 @@ void for_each_corner(const Core3& core, const Vec3& d, const Visit& visit)
     if (has_tip) visit({0, core.lengths.y, 0}, number);
 }
 
-/// Of candidates[first] to the last: the one that `measure` says most of, more than `most`; else `otherwise`.
+/// Of candidates[first] to the last, the one with the greatest `measure` if that is more than `most`, else
+/// `otherwise`.
 template <class Measure>
 std::uint32_t greatest(const ManifoldPoint<3>* candidates, std::uint32_t first, std::uint32_t count,
                        double most, std::uint32_t otherwise, const Measure& measure)
@@ -111,7 +112,7 @@ void reduce(const Vec3& normal, ManifoldPoint<3>* candidates, std::uint32_t coun
     manifold.normal = normal;
     manifold.count = 0;
     for (std::uint32_t i = 0; i < count; ++i) {
-        // Shapes without breadth have corners that are one point, which a solver would count twice.
+        // Shapes of zero width have coinciding corners, which a solver would count twice.
         bool twice = false;
         for (std::uint32_t k = 0; k < manifold.count; ++k)
             twice |= same(candidates[i].p, manifold.point[k].p);

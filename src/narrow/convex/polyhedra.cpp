@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How deep two polyhedra of a few dozen corners overlap: by separating axes, of which most needn't be looked
-// at.
+// The overlap of two polyhedra of a few dozen corners, by separating axes, most of which needn't be tested.
 #include <cstring>
 
 #include "narrow/convex/axes.hpp"
@@ -9,10 +8,10 @@ JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 namespace {
 
-constexpr std::uint32_t most_pairs = 12'000; // of edges: beyond, the expanding polytope is faster
+constexpr std::uint32_t most_pairs = 12'000; // of edges; for more, the expanding polytope is faster
 
-/// One of two polyhedra: points and normals in a's local axes for edges, planes and the other's points in its
-/// own for faces.
+/// One of two polyhedra: points and normals in a's local axes for edges; planes and the other's points in its
+/// own axes for faces.
 struct Polyhedron
 {
     const Polytope* hull;
@@ -32,7 +31,7 @@ struct Polyhedron
     {
         return {nx[f], nx[hull->face_stride + f], nx[2 * hull->face_stride + f]};
     }
-    /// How far it reaches along n.
+    /// Its extent along n.
     [[nodiscard]] double top(const Vec3& n) const
     {
         return dot(n, corner(kernels->furthest(x, hull->stride, n.x, n.y, n.z)));
@@ -46,13 +45,13 @@ struct Polyhedron
                dot(n, {other_x[i], other_x[other_stride + i], other_x[2 * other_stride + i]});
     }
 
-    /// The heights of the other's corners along n, in own axes; returns the least.
+    /// The heights of the other's corners along n, in its own axes; returns the least.
     double look_along(const Vec3& n)
     {
         return kernels->heights(other_x, other_stride, n.x, n.y, n.z, height);
     }
-    /// Looks at all faces from those corners of the other one that are no higher than `limit`. Returns the
-    /// face that promises least depth.
+    /// Tests all faces against the other's corners no higher than `limit`. Returns the face with the least
+    /// lower bound of the depth.
     std::uint32_t look_at_faces(std::uint32_t corners, double limit, double enough)
     {
         const double *const px = other_x, *const py = px + other_stride, *const pz = py + other_stride;
@@ -67,8 +66,8 @@ struct Polyhedron
         return kernels->planes(hull->nx, hull->offset, hull->face_stride, enough, planes);
     }
 
-    /// The edges that may part the two better than `enough`: not those where one of the other's corners is
-    /// deeper below both their faces. It is as deep below any plane between them.
+    /// The edges that may separate the two better than `enough`: not those with a corner of the other deeper
+    /// than that below both their faces, since it is as deep below any plane between these.
     void take_edges()
     {
         const auto put = [](double(&rows)[3][EdgeRows::most], std::uint32_t i, const Vec3& v) {
@@ -81,7 +80,7 @@ struct Polyhedron
             std::memcpy(&bits, &planes.deeper[face], sizeof bits);
             return bits << 12; // without exponent
         };
-        // Which ones is hard to predict: found without branches.
+        // Which ones is hard to predict, so they are found without branches.
         std::uint32_t found[EdgeRows::most], count = 0;
         for (std::uint32_t e = 0; e < hull->edges; ++e) {
             found[count] = e;
@@ -143,7 +142,7 @@ bool polyhedra_gap(const Core3& a, const Core3& b, double enough_apart, Gap<3>& 
     const Vec3 guess = a.frame.r.back(gap.normal);
     const double size = a.reach + b.reach, rounding = 1e-9 * size;
     const double low_b = side_a.look_along(guess), low_a = side_b.look_along(-(back * guess));
-    // Heights of a's corners are counted from b's position, and downwards.
+    // Heights of a's corners are measured from b's position, and downwards.
     const double enough = std::max(0.0, dot(guess, shift) - low_a - low_b) + rounding;
     const double band = 2 * enough + 0.1 * std::min(a.reach, b.reach);
     const std::uint32_t first_a = side_a.look_at_faces(hull_b.vertices, low_b + band, enough);
@@ -188,7 +187,7 @@ bool polyhedra_gap(const Core3& a, const Core3& b, double enough_apart, Gap<3>& 
         const bool outwards = dot(row(side_a.edges.normal_0, edges.a), along_b) > 0;
         n = n * ((outwards ? 1 : -1) / length(n));
         depth = side_a.top(n) + side_b.top(-n);
-        if (depth > -edges.separation + rounding) return false; // arcs that cross by rounding only
+        if (depth > -edges.separation + rounding) return false; // arcs that cross only by rounding
         gap.normal = a.frame.r * n;
         gap.distance = -depth;
     }

@@ -22,7 +22,7 @@ std::uint32_t vertex_number(int i, bool sign_i, int j, bool sign_j, int k, bool 
     return static_cast<std::uint32_t>((sign_i ? 1 : 0) << i | (sign_j ? 1 : 0) << j | (sign_k ? 1 : 0) << k);
 }
 
-/// A box's axes and half edges, to be picked by number without branches: which is hard to predict.
+/// A box's axes and half edges, selected by number without branches, since the number is hard to predict.
 struct Axes
 {
     Vec3 axis[3];
@@ -71,8 +71,8 @@ void cut(FaceCut& polygon, double sign, double limit, std::uint8_t side, std::ui
         made.v = from.v + (to.v - from.v) * t;
         made.w = from.w + (to.w - from.w) * t;
         if (from.side >= 4) {
-            // The cut runs along a side of the reference face: a corner of that. Going out it is the one
-            // after that side; sides are cut in turn.
+            // The cut is along a side of the reference face, so this is a corner of that: where the polygon
+            // leaves, the one after that side; sides are cut in turn.
             made.feature_x = from.side == ((side - 4 + 3) % 4) + 4 ? vertex_before : vertex_after;
             made.feature_y = face_y;
         } else {
@@ -80,7 +80,7 @@ void cut(FaceCut& polygon, double sign, double limit, std::uint8_t side, std::ui
             made.feature_y = edge_y[from.side];
         }
         made.side = inside[k] >= 0 ? side : from.side;
-        // A convex polygon gains one corner a cut: at most 8 in all. Rounding can't make it cross twice.
+        // A convex polygon gains one corner per cut: at most 8 in total. Rounding can't make it cross twice.
         if (result.count < 8) result.corner[result.count++] = made;
     }
     polygon = result;
@@ -93,7 +93,7 @@ struct Reference
     bool positive;
 };
 
-/// The reference face of box x and the box y that lies on it, their places seen from a's position.
+/// The reference face of box x and the box y on it, with their places relative to a's position.
 struct Meeting
 {
     const Axes& x;
@@ -112,7 +112,7 @@ struct Points
     std::uint32_t count = 0;
 };
 
-/// The face of y that looks at the reference face most, cut to that.
+/// The face of y that faces the reference face most, cut to it.
 class FaceMeeting
 {
   public:
@@ -196,8 +196,8 @@ class FaceMeeting
     }
 
   private:
-    /// Mostly a corner or two dip below the reference face well within its sides: what these would cut is too
-    /// high to count.
+    /// Mostly a corner or two are below the reference face well within its sides; what the sides would cut is
+    /// too high to count.
     [[nodiscard]] bool is_within_sides() const
     {
         bool within = true;
@@ -230,7 +230,7 @@ class FaceMeeting
         cut<&Corner::u>(polygon_, -1, hu_, 6, edge_x(iv_, positive, false), mp, mm, edge_y_, face_y_);
         cut<&Corner::v>(polygon_, -1, hv_, 7, edge_x(iu_, false, positive), mm, pm, edge_y_, face_y_);
     }
-    /// `inner`: how far from x's position the point is, but for its lateral place.
+    /// `inner`: the point relative to x's position, without its lateral place.
     void add(Points& points, const Corner& corner, double depth, const Vec3& inner) const
     {
         const Vec3 p = meeting_.place_x + xu_ * corner.u + xv_ * corner.v + inner;
@@ -247,8 +247,8 @@ class FaceMeeting
     std::uint16_t face_y_, edge_y_[4];
 };
 
-/// What of a capsule or sphere meets a normal, whose sine with its axis is `rise`: the segment where that is
-/// level, else the end that is higher.
+/// The feature of a capsule or sphere that meets a normal, whose sine with its axis is `rise`: the segment if
+/// that is level, otherwise the higher end.
 std::uint16_t round_feature(const Round& round, double rise)
 {
     if (round.half_length > 0 && std::abs(rise) <= nearly_level) return feature_id(edge_feature, 0);
@@ -265,7 +265,7 @@ Feature segment_of(const Round& round, const Vec3& place)
     return feature;
 }
 
-/// From how far a core of some radius is from a box.
+/// The verdict from the distance of a core with a radius from a box.
 Verdict core_touches(double distance, double radius, double size)
 {
     if (distance > 1e-9 * size) return distance <= radius ? Verdict::touch : Verdict::apart;
@@ -281,7 +281,7 @@ void rounds(const Round& a, const Round& b, const Vec3& d, const Gap<3>& gap, do
     const std::uint16_t feature_a = round_feature(a, dot(n, a.axis)),
                         feature_b = round_feature(b, -dot(n, b.axis));
     const ManifoldPoint<3> nearest{(gap.on_a + gap.on_b) * 0.5, -gap.distance, feature_a, feature_b};
-    // The clipping knows exactly which segments lie side by side as seen along the normal.
+    // The clipping determines exactly which segments are side by side seen along the normal.
     if (feature_a == edge_feature && feature_b == edge_feature &&
         std::abs(dot(n, cross(a.axis, b.axis))) < 2 * side_by_side) {
         Clip clip(a.radius, b.radius, a.half_length + b.half_length, n, margin);
@@ -320,11 +320,11 @@ Verdict boxes(const Mat3& a, const Vec3& half_a, const Mat3& b, const Vec3& half
     };
     if (axis.axis >= 6) {
         const int i = (axis.axis - 6) / 3, j = (axis.axis - 6) % 3;
-        // The edges that look at each other, and where they come nearest.
+        // The opposing edges, and their nearest points.
         bool sign_a[3], sign_b[3];
         Vec3 pa, pb = d;
-        // Faces that look at each other, but for a few degrees, are often told apart best across two of their
-        // edges. They meet over an area all the same.
+        // Faces that are opposed within a few degrees are often separated best across two of their edges, but
+        // they still meet over an area.
         double squarest = nearly_face;
         int facing = -1;
         for (int k = 0; k < 3; ++k) {
@@ -383,7 +383,7 @@ Verdict boxes_touch(const Mat3& a, const Vec3& half_a, const Mat3& b, const Vec3
         if (separation > 0) return Verdict::apart;
         most = std::max(most, separation);
     }
-    // Across two edges no direction need be known, as long as none parts the boxes.
+    // The direction across two edges needn't be known, as long as none separates the boxes.
     bool parted = false;
     for (int i = 0; i < 3; ++i) {
         const int i1 = (i + 1) % 3, i2 = (i + 2) % 3;

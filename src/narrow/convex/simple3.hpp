@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Contacts of the most common solid shapes, each by a special case; of spheres in the plane as well. Every
-// one has a slow twin in convex3.hpp, which decides where they return unclear: at a corner close by, or for a
-// shape without extent.
+// Contacts of the most common solid shapes, each by a special case; also of circles in 2D. Every one has a
+// slow twin in convex3.hpp, which decides if they return unclear: near a corner, or for a shape of zero size.
 #pragma once
 
 #include "narrow/convex/gaps3.hpp"
@@ -11,7 +10,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 
-/// Without a root: no less than `enough` by rounding are let through.
+/// Without a square root; the rounding lets pass at least those within `enough`.
 template <class Vector>
 bool spheres_near(double enough, const Vector& d)
 {
@@ -42,25 +41,25 @@ template <int Dim>
     return Verdict::touch;
 }
 
-/// From the gap of a capsule and another one or a sphere, which is `a`, to their contact.
+/// The contact of a capsule and another one or a sphere, which is `a`, from their gap.
 void rounds(const Round& a, const Round& b, const Vec3& d, const Gap<3>& gap, double margin,
             Manifold<3>& manifold);
 
-/// From the axis that separates two boxes best to their contact: the face that meets the other's face, cut to
-/// it, or the point where two edges cross. Source: Gregorius, Robust Contact Creation for Physics
-/// Simulations, GDC 2015; Ericson sec. 4.4.1, 5.1.9.
+/// The contact of two boxes from their best separating axis: the face that meets the other's face, cut to it,
+/// or the point where two edges cross. Source: Gregorius, Robust Contact Creation for Physics Simulations,
+/// GDC 2015; Ericson sec. 4.4.1, 5.1.9.
 [[nodiscard]] Verdict boxes(const Mat3& a, const Vec3& half_a, const Mat3& b, const Vec3& half_b,
                             const Vec3& d, const BoxAxis& axis, double margin, Manifold<3>& manifold);
 
-// Whether there would be a contact without a margin, to the last digit. Unclear where the two touch or are
-// parted by no more than rounding.
+// Whether there would be a contact without a margin, to the last digit. Unclear if the two touch or are
+// separated by no more than rounding.
 [[nodiscard]] Verdict boxes_touch(const Mat3& a, const Vec3& half_a, const Mat3& b, const Vec3& half_b,
                                   const Vec3& d);
 [[nodiscard]] Verdict sphere_box_touch(double radius, const Mat3& b, const Vec3& half, const Vec3& d);
 [[nodiscard]] Verdict capsule_box_touch(const Vec3& axis, double half_length, double radius, const Mat3& b,
                                         const Vec3& half, const Vec3& d);
 
-/// From the gap between a capsule's segment (a sphere's centre) and a box to their contact.
+/// The contact of a capsule or sphere and a box, from the gap between its segment (or centre) and the box.
 [[nodiscard]] Verdict capsule_box(const Vec3& axis, double half_length, double radius, const Mat3& b,
                                   const Vec3& half, const Vec3& d, const CapsuleBoxGap& gap, double margin,
                                   Manifold<3>& manifold);

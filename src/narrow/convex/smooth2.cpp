@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Ellipses and users' shapes in the plane: polygons where they meet another shape.
+// Ellipses and custom shapes in 2D, which become polygons where they meet another shape.
 #include "narrow/convex/convex2.hpp"
 
 #include <algorithm>
@@ -9,11 +9,11 @@ JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 namespace {
 
-/// A search for the direction from a to b along which two cores are parted most, or overlap least. The points
-/// of their difference furthest along some directions make a polygon inside it, and the origin's gap from
-/// that, or its depth in it, is the most that any direction can part them by. So the polygon grows where the
-/// origin is nearest to it, until a direction is as good as that but for a millionth, or after many steps
-/// nearly so. The best direction lies next to it. Sources: those of gjk() and expand().
+/// A search for the direction from a to b along which two cores are separated most, or overlap least. The
+/// points of their difference furthest along some directions form a polygon inside it, and the origin's
+/// distance from that, or its depth in it, bounds the separation by any direction. So the polygon grows where
+/// the origin is nearest to it, until a direction is as good as that within a millionth, or after many steps
+/// nearly so. The best direction is next to it. Sources: those of gjk() and expand().
 class Parting
 {
   public:
@@ -38,14 +38,16 @@ class Parting
         while (step < most_steps && grow())
             ++step;
         Vec2 n = best_;
-        // The best, if by a millionth, is some thousandths of a radian away. Downhill, by halving:
+        // The best direction, better by up to a millionth, is some thousandths of a radian away. Descend by
+        // bisection:
         for (double turn = 0.02; turn > 1e-12; turn *= 0.5) {
             const Vec2 aside = right(n);
             n = n + aside * (dot(aside, look(n)) > 0 ? -turn : turn);
             n = n * (1 / length(n));
         }
         const Vec2 p = look(n);
-        // Around the best, all part them equally but for rounding; the point says more about the direction.
+        // Around the best, all directions are equally good up to rounding; the point determines the direction
+        // better.
         if (-dot(n, p) > parted_ - 1e-15 * size_) best_ = n;
         return step < most_steps;
     }
@@ -57,18 +59,18 @@ class Parting
     /// From one point of the polygon to the next.
     struct Side
     {
-        Vec2 normal;      ///< out of the polygon; 0 where the two points are one
+        Vec2 normal;      ///< out of the polygon; 0 if the two points coincide
         double offset;    ///< of its line from the origin; below 0 if that is outside
         Vec2 nearest;     ///< its point nearest to the origin
         double distance2; ///< of that
-        bool is_between;  ///< that is between the two points
+        bool is_between;  ///< it is between the two points
     };
 
     [[nodiscard]] static Vec2 exact(const Core2& core, const Vec2& n)
     {
         return core.is_smooth() ? support(core, n) : furthest(core, n);
     }
-    /// The point of the difference furthest along n. Notes n if it is the best so far.
+    /// The point of the difference furthest along n. Keeps n if it is the best so far.
     Vec2 look(const Vec2& n)
     {
         const Vec2 p = exact(a_, n) - exact(b_, -n);
@@ -88,7 +90,7 @@ class Parting
         const Vec2 nearest = from + along * part;
         return {normal, dot(normal, from), nearest, length2(nearest), part > 0 && part < 1};
     }
-    /// Takes in another point. Returns false where that can't make what is known better.
+    /// Adds another point. Returns false if that can't improve the result.
     bool grow()
     {
         std::size_t lowest = 0, nearest = 0;
@@ -97,12 +99,12 @@ class Parting
             if (side_[i].distance2 < side_[nearest].distance2) nearest = i;
         }
         Vec2 n = side_[lowest].normal;
-        double bound = -side_[lowest].offset; // no direction parts them by more
+        double bound = -side_[lowest].offset; // no direction separates them more
         if (!(side_[lowest].offset > 0 && side_[lowest].offset < HUGE_VAL)) {
             bound = std::sqrt(side_[nearest].distance2);
             const Side& side = side_[nearest];
-            // Of a point that lies as good as on a side, only the side has a direction. Two sides of a flat
-            // polygon are equally near, and one of the two looks the wrong way.
+            // If a point is practically on a side, only the side has a direction. Two sides of a flat polygon
+            // are equally near, and one of the two faces the wrong way.
             if (side.is_between || bound == 0)
                 n = side.offset > 0 ? -side.normal : side.normal;
             else
@@ -140,8 +142,8 @@ class Parting
     double parted_ = -HUGE_VAL; ///< by the best direction
 };
 
-/// A smooth shape's corners are its support points along the directions of a regular polygon, as many as
-/// matter, and along normals.
+/// A smooth shape's corners are its support points along those directions of a regular polygon that matter,
+/// and along normals.
 constexpr std::uint32_t fan_size = 64;
 struct Fan
 {
@@ -215,7 +217,7 @@ void refine(Core2& a, Core2& b)
         SmallVector<Vec2, 4> normals;
         normals.push_back(core == &a ? n : -n);
         if (!other.is_smooth() &&
-            other.corner.size() == 2) { // it may be a surface's, whose normal counts too
+            other.corner.size() == 2) { // it may belong to a surface, whose normal counts too
             const Vec2 across = right(other.corner[1] - other.corner[0]);
             normals.push_back(across);
             normals.push_back(-across);

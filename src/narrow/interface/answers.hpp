@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// From what the user gives to arranged pairs and back.
+// Converts from the user's input to arranged pairs and back.
 #pragma once
 
 #include <limits>
@@ -13,19 +13,19 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 
-/// From the gap of an arranged pair to the user's; b is at d from a as they were arranged. Written in place:
-/// numbers that are copied right after they are written wait for the memory.
+/// Converts the gap of an arranged pair to the user's; b is at d from a as arranged. Written in place:
+/// numbers that are copied right after they were written stall on store forwarding.
 template <int Dim, class T>
 void finish(const Gap<Dim>& gap, const V<Dim>& d, bool swapped, Distance<Dim, T>& answer)
 {
     answer.distance = static_cast<T>(gap.distance);
     if (gap.distance == HUGE_VAL) return;
-    store(gap.normal * (swapped ? -1.0 : 1.0), answer.normal); // which is hard to predict: no branch
+    store(gap.normal * (swapped ? -1.0 : 1.0), answer.normal); // hard to predict, so no branch
     store(gap.on_a, swapped ? answer.from_b : answer.from_a);
     store(gap.on_b - d, swapped ? answer.from_a : answer.from_b);
 }
 
-/// Both orders of the pair give the same bits, so it needn't be put in order.
+/// Both orders of the pair give the same bits, so it needn't be arranged.
 template <int Dim, class T>
 Verdict sphere_distance(double radius_a, double radius_b, const V<Dim>& d, double enough,
                         Distance<Dim, T>& answer)
@@ -41,7 +41,7 @@ Verdict sphere_distance(double radius_a, double radius_b, const V<Dim>& d, doubl
     return Verdict::touch;
 }
 
-/// Spheres, capsules and boxes, where a closed form tells. Puts the pair in order as `arrange` would.
+/// Spheres, capsules and boxes, if a closed form decides. Arranges the pair as `arrange` would.
 template <class T>
 Verdict simple_distance(const Shape<3>& given_a, const Pose<3, T>& given_pose_a, const Shape<3>& given_b,
                         const Pose<3, T>& given_pose_b, double enough, Distance<3, T>& answer)
@@ -63,7 +63,7 @@ Verdict simple_distance(const Shape<3>& given_a, const Pose<3, T>& given_pose_a,
     return verdict;
 }
 
-/// Of an answer that is all zeros.
+/// Sets an answer that is all zeros.
 template <int Dim, class T>
 void find_distance(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b,
                    const Pose<Dim, T>& pose_b, T max_distance, const Kernels& kernels,
@@ -118,7 +118,7 @@ template <int Dim, class T>
 CastHit<Dim, T> ray_hit_of(const Shape<Dim>& shape, const Pose<Dim, T>& pose, const Ray<Dim, T>& ray,
                            const Kernels& kernels)
 {
-    // Lengths of the direction, in two factors: their product may be infinite, or the square of one.
+    // The length of the direction, in two factors: their product, or the square of one, may be infinite.
     const V<Dim> given = load(ray.direction);
     double scale = 0;
     for (int d = 0; d < Dim; ++d)

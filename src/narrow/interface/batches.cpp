@@ -5,7 +5,7 @@ JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 namespace {
 
-/// Quaternions that `rotation` in math.hpp reads without scaling.
+/// Whether `rotation` in math.hpp reads a quaternion without scaling.
 template <class T>
 bool is_plain(const Pose<3, T>& pose)
 {
@@ -36,7 +36,7 @@ void put(const Vec3& v, double (&to)[3][batch], std::uint32_t k)
     to[2][k] = v.z;
 }
 
-/// A capsule, or a sphere with one: that lies along y, whatever it turns.
+/// A capsule, or a sphere with one, which counts as along y, whatever its rotation.
 template <class T>
 void put_rounds(RoundBatch& rows, const ArrangedPair<T>& s, std::uint32_t k)
 {
@@ -47,7 +47,7 @@ void put_rounds(RoundBatch& rows, const ArrangedPair<T>& s, std::uint32_t k)
     rows.half_a[k] = s.a->size()[1];
     rows.half_b[k] = s.b->size()[1];
 }
-/// What the kernel has found of them.
+/// The kernel's result for them.
 template <class T>
 Cores round_cores(const RoundBatch& rows, const ArrangedPair<T>& s, std::uint32_t k)
 {
@@ -67,7 +67,7 @@ bool is_zero(const Vec3& v)
 
 } // namespace
 
-/// `found` has one for it at its end.
+/// `found` has one for it at the end.
 template <class T>
 inline void Batch<T>::keep(std::uint16_t i, const ArrangedPair<T>& pair, Verdict verdict)
 {
@@ -98,8 +98,8 @@ void Batch<T>::run_spheres()
 }
 
 /// Passes the pairs of a group through a kernel, `batch` at a time. put_rest(rows, pair, k) writes what this
-/// kernel needs beside rotations and distance into lane k; answer(rows, pair, k, manifold) goes on from what
-/// the kernel has found.
+/// kernel needs in addition to rotations and distance into lane k; answer(rows, pair, k, manifold) continues
+/// from the kernel's result.
 template <class T>
 template <class Rows, class Put, class Answer>
 void Batch<T>::run_kernel(Group group, void (*kernel)(Rows&), const Put& put_rest, const Answer& answer)
@@ -116,7 +116,7 @@ void Batch<T>::run_kernel(Group group, void (*kernel)(Rows&), const Put& put_res
     };
     const auto flush = [&] {
         if (count == 0) return;
-        for (std::uint32_t k = count; k < batch; ++k) // something that makes no exceptions
+        for (std::uint32_t k = count; k < batch; ++k) // something that raises no exceptions
             put_lane(arranged[0], k);
         kernel(rows);
         for (std::uint32_t k = 0; k < count; ++k) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A block of pairs, grouped by what tests them. Groups with a kernel go through it `batch` pairs at a time.
+// A block of pairs, grouped by their tests. Groups with a kernel go through it `batch` pairs at a time.
 #pragma once
 
 #include <span>
@@ -24,7 +24,7 @@ enum class Group
 };
 inline constexpr std::size_t groups = 5;
 
-/// Of the two types of a pair, in any order. There are no kernels for the plane, but a group of circles.
+/// The group for the two types of a pair, in any order. 2D has no kernels, but a group of circles.
 template <int Dim>
 Group group_of(ShapeType a, ShapeType b)
 {
@@ -60,7 +60,7 @@ class PairLists
     std::uint16_t pair_[groups][block_pairs];
 };
 
-/// Where a pair's contacts are, and which way round it was computed.
+/// The place of a pair's contacts, and whether the pair was swapped.
 template <int Dim>
 struct PairContacts
 {
@@ -85,8 +85,8 @@ struct PairSet
     Objects<3, T> a, b;
     std::span<const Pair> pairs;
 
-    /// Reads a pair and puts it in order as `arrange` would, except for two shapes of one type in one place.
-    /// The order in which it comes is hard to predict, so there are no branches.
+    /// Reads a pair and arranges it as `arrange` would, except for two shapes of one type in one place. The
+    /// order in which it comes is hard to predict, so there are no branches.
     [[nodiscard]] ArrangedPair<T> take(std::uint16_t i) const
     {
         const Pair& pair = pairs[i];
@@ -108,8 +108,8 @@ template <class T>
 struct Batch
 {
     PairSet<T> set;
-    PairLists& lists;          ///< what turns out to need the general way moves to Group::other
-    PairContacts<3>* contacts; ///< of each pair, without contacts so far
+    PairLists& lists;          ///< pairs that turn out to need the general way move to Group::other
+    PairContacts<3>* contacts; ///< of each pair, empty so far
     FoundList<3>& found;
     double margin;
 
@@ -124,7 +124,7 @@ struct Batch
 extern template struct Batch<float>;
 extern template struct Batch<double>;
 
-/// Distances of a block of pairs; infinite where they are more than `enough`.
+/// Distances of a block of pairs; infinite if they are more than `enough`.
 template <class T>
 struct Distances
 {
@@ -142,7 +142,7 @@ struct Distances
                     const Kernels& kernels) const;
     void put_pair(const Pair& pair, DistanceBatch& rows, std::uint32_t k) const;
     void answer_generally(std::uint16_t i, const Kernels& kernels) const;
-    void check() const; ///< all pairs: throws for the first that is bad
+    void check() const; ///< all pairs: throws for the first bad one
 };
 extern template struct Distances<float>;
 extern template struct Distances<double>;

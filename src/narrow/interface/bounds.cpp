@@ -17,7 +17,7 @@ double rounded_down(double value, double)
 {
     return value;
 }
-/// std::nextafter by hand: as a call it took longer than the rest of a sphere's box.
+/// std::nextafter written out: as a call it took longer than the rest of a sphere's box.
 float rounded_down(double value, float)
 {
     const float near = static_cast<float>(value);
@@ -57,9 +57,9 @@ Aabb<Dim, T> box_of(const Shape<Dim>& shape, const Pose<Dim, T>& pose, double ma
     const M<Dim> turned = shape.type() == ShapeTypes::sphere ? M<Dim>{} : rotation(pose);
     add_shape(shape, turned, V<Dim>{}, e);
     const V<Dim> p = load(pose.position);
-    // What rotations, sums and the tests themselves round: some 8 units in the last place of a double.
+    // The rounding of rotations, sums and the tests themselves: some 8 units in the last place of a double.
     double reach = ShapeAccess::reach(shape);
-    if (!(reach < HUGE_VAL)) { // a half-space, with others in a compound perhaps
+    if (!(reach < HUGE_VAL)) { // a half-space, perhaps in a compound
         reach = 0;
         for (int d = 0; d < Dim; ++d)
             for (const double end : {std::abs(e.lo[d]), std::abs(e.hi[d])})

@@ -17,7 +17,7 @@ namespace {
 
 using Index = std::uint32_t;
 
-/// A side of a triangle as it runs, and against it.
+/// A side of a triangle in its direction, and against it.
 struct MeshEdge
 {
     Index low, high, triangle;
@@ -65,8 +65,8 @@ void check_point(const Vec<3, T>& point, std::uint64_t number)
                         number);
 }
 
-/// The sign of p's side of the line from u to v in the plane of y and z, p being shifted by a y and then a
-/// far smaller z that are as small as may be: 0 only if u and v are one there.
+/// The side of p with respect to the line from u to v in the plane of y and z, with p shifted by an
+/// infinitesimal y and a far smaller z: 0 only if u and v coincide there.
 int shifted_side(const Vec3& u, const Vec3& v, const Vec3& p)
 {
     if (const int side = side_of_line({u.y, u.z}, {v.y, v.z}, {p.y, p.z}); side != 0) return side;
@@ -79,16 +79,16 @@ int shifted_side(const Vec3& u, const Vec3& v, const Vec3& p)
 
 struct ClosedMesh::Data
 {
-    Mesh<3> mesh;                       // shares the memory of the one given
-    std::vector<narrow::Vec3> vertices; // as exact predicates want them
-    int exponent = 0;                   // by how many powers of two they were scaled
-    double grain = 0;                   // what they are multiples of, unscaled
+    Mesh<3> mesh;                       // shares the memory of the given one
+    std::vector<narrow::Vec3> vertices; // in the form for exact predicates
+    int exponent = 0;                   // they were scaled by this power of two
+    double grain = 0;                   // they are multiples of this, unscaled
 
     [[nodiscard]] const narrow::MeshData<3>& of() const { return narrow::ShapeAccess::data_of(mesh); }
-    /// Below 2^59, multiples of 2^-201: what is far smaller than the mesh is rounded, of all points alike.
+    /// Below 2^59, multiples of 2^-201: parts far smaller than the mesh are rounded, for all points alike.
     [[nodiscard]] narrow::Vec3 scaled(const narrow::Vec3& p) const
     {
-        constexpr double shift = 0x1.8p-149; // the last bit of what is near it is 2^-201
+        constexpr double shift = 0x1.8p-149; // the last bit of numbers near it is 2^-201
         narrow::Vec3 q;
         for (int d = 0; d < 3; ++d) {
             const double x = std::ldexp(p[d], exponent);

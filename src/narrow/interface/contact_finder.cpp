@@ -12,7 +12,7 @@ JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 namespace {
 
-/// The contacts that a user's own test finds, of a pair whose a is of the test's first type.
+/// The contacts that a user-defined test finds, for a pair whose a is of the test's first type.
 template <int Dim>
 void ask_own_test(const Placed<Dim>& pair, double margin, const PairTest<Dim>& test, FoundList<Dim>& found)
 {
@@ -98,7 +98,7 @@ void ContactFinder<Dim, T>::Implementation::run_groups(const Objects& set_a, con
     if constexpr (Dim == 3) {
         narrow::Batch<T> batch{{set_a, set_b, pairs}, worker.lists, worker.contacts, worker.found, margin};
         batch.run(*kernels);
-    } else { // circles are tested at once only where there is nothing else
+    } else { // circles are tested at once only if there is nothing else
         for (const std::uint16_t i : worker.lists.of(narrow::Group::spheres))
             worker.lists.add(narrow::Group::other, i);
     }
@@ -115,7 +115,7 @@ ContactFinder<Dim, T>::Implementation::find_balls(const Objects& set_a, const Ob
     std::uint16_t near[narrow::block_pairs];
     std::size_t near_count = 0;
     bool in_one_place = false;
-    for (std::size_t i = 0; i < pairs.size(); ++i) { // which are near is hard to predict: no branches
+    for (std::size_t i = 0; i < pairs.size(); ++i) { // which are near is hard to predict, so no branches
         const Pair& pair = pairs[i];
         const V d = narrow::load(set_b.poses[pair.b].position) - narrow::load(set_a.poses[pair.a].position);
         const double radii = set_a.shapes[pair.a].radius() + set_b.shapes[pair.b].radius();
@@ -130,7 +130,7 @@ ContactFinder<Dim, T>::Implementation::find_balls(const Objects& set_a, const Ob
         const Pair& pair = pairs[near[k]];
         const Shape<Dim>&a = set_a.shapes[pair.a], &b = set_b.shapes[pair.b];
         const V d = narrow::load(set_b.poses[pair.b].position) - narrow::load(set_a.poses[pair.a].position);
-        // Put in order as any other pair.
+        // Arranged like any other pair.
         const bool swapped = (d[0] != 0 ? d[0] : d[1] != 0 ? d[1] : d[Dim - 1]) < 0;
         const V way = d * (swapped ? -1.0 : 1.0) + V{}; // never -0, as in from_to()
         narrow::Manifold<Dim> manifold;
@@ -214,7 +214,8 @@ ContactFinder<Dim, T>::Implementation::find(const Objects& set_a, const Objects&
     const auto find_some = [&](std::uint64_t k, std::uint64_t, Work work) {
         PairBlock& block = pair_blocks[k];
         const std::span<const Pair> rest = blocks[block.block].subspan(block.first);
-        // A little more than needed, so that a scene that breathes doesn't allocate at every new contact.
+        // A little more than needed, so that a scene whose size fluctuates doesn't allocate at every new
+        // contact.
         const auto chunk_of = [&](std::size_t most) {
             return access.chunk(k, most <= access.capacity(k) ? most : (most * 5 / 4 + 63) / 64 * 64);
         };
@@ -308,7 +309,7 @@ void ContactFinder<Dim, T>::Implementation::touching(const Objects& set_a, const
     process_pairs(pairs, test_some, in_blocks);
 }
 
-/// out[i] = answer(a, its pose or motion, b, its), in blocks of that many pairs.
+/// out[i] = answer(a, its pose or motion, b, its), in blocks of this many pairs.
 template <int Dim, Coordinate T>
 template <class Set, class Out, class Answer>
 void ContactFinder<Dim, T>::Implementation::ask(const Set& set_a, const Set& set_b, PairView pairs,
@@ -360,7 +361,7 @@ void ContactFinder<Dim, T>::Implementation::impacts(const MovingObjects& set_a, 
     const InUse call(in_use, "ContactFinder");
     narrow::check_sizes(set_a, set_b);
     narrow::check_length("tolerance", tolerance, false);
-    constexpr std::uint64_t block = 32; // they differ in cost
+    constexpr std::uint64_t block = 32; // pairs differ in cost
     ask(set_a, set_b, pairs, out, block,
         [&](const Shape<Dim>& a, const Motion<Dim, T>& motion_a, const Shape<Dim>& b,
             const Motion<Dim, T>& motion_b) {
@@ -368,7 +369,7 @@ void ContactFinder<Dim, T>::Implementation::impacts(const MovingObjects& set_a, 
         });
 }
 
-/// Pairs of rays or shapes that move, and shapes that rest.
+/// Pairs of rays or moving shapes with shapes at rest.
 constexpr std::uint64_t cast_block = 64;
 
 template <int Dim, Coordinate T>

@@ -36,7 +36,7 @@ struct ContactFinder<Dim, T>::Implementation
         return options.executor != nullptr ? *options.executor : default_executor();
     }
 
-    /// Contacts of one pair into `found`, seen from the first object of the arranged pair.
+    /// Finds the contacts of one pair, relative to the first object of the arranged pair.
     struct Arranged
     {
         narrow::Placed<Dim> placed;
@@ -44,7 +44,7 @@ struct ContactFinder<Dim, T>::Implementation
     };
     Arranged find_one(const Objects& set_a, const Objects& set_b, const Pair& pair, double margin,
                       narrow::FoundList<Dim>& found) const;
-    /// The user's test for these two types, in either order; null if there is none.
+    /// The user-defined test for these two types, in either order; null if there is none.
     [[nodiscard]] const PairTest<Dim>* own_test(ShapeType a, ShapeType b) const;
 
     /// Made is Contact or PointContact.
@@ -70,7 +70,7 @@ struct ContactFinder<Dim, T>::Implementation
     void ask(const Set& set_a, const Set& set_b, PairView pairs, std::span<Out> out, std::uint64_t block,
              const Answer& answer);
 
-    /// A pair whose distance isn't known yet, and what it is at least.
+    /// A pair whose distance isn't known yet, and a lower bound of it.
     struct Pending
     {
         double at_least;
@@ -91,27 +91,26 @@ struct ContactFinder<Dim, T>::Implementation
         std::uint64_t number; // of the first among all pairs
         std::size_t contacts; // found
     };
-    /// Checks a block's pairs and sorts them by what tests them.
+    /// Checks a block's pairs and groups them by their tests.
     void sort_groups(const Objects& set_a, const Objects& set_b, std::span<const Pair> pairs,
                      std::uint64_t first, Worker& worker) const;
-    /// Runs the kernels on sorted pairs. What is left is in Group::other.
+    /// Runs the kernels on grouped pairs. Remaining pairs are in Group::other.
     void run_groups(const Objects& set_a, const Objects& set_b, std::span<const Pair> pairs, double margin,
                     Worker& worker) const;
-    /// The contacts of one block's pairs, of which the first is number `first`, into chunk_of(how many there
-    /// are at most). Returns how many there are.
+    /// Finds the contacts of one block's pairs, the first of which is number `first`, and writes them to
+    /// chunk_of(their greatest possible number). Returns their number.
     template <class Chunk>
     std::size_t find_in_block(const Objects& set_a, const Objects& set_b, std::span<const Pair> pairs,
                               std::uint64_t first, double margin, Worker& worker, const Chunk& chunk_of);
-    /// The same if these are balls and nothing else, straight into the results: nothing is kept on the way.
-    /// Or that they can't be told so.
+    /// The same if all are balls, written directly to the results. Or returns that this can't decide.
     template <class Chunk>
     static std::optional<std::size_t> find_balls(const Objects& set_a, const Objects& set_b,
                                                  std::span<const Pair> pairs, double margin,
                                                  const Chunk& chunk_of);
-    /// Writes what a worker has found, in the order of the pairs. Returns how many contacts that are.
+    /// Writes what a worker has found, in the order of the pairs. Returns the number of contacts.
     template <class Made>
     static std::size_t write(const Worker& worker, std::span<const Pair> pairs, std::span<Made> chunk);
-    /// Whether a pair touches that no kernel tests.
+    /// Whether a pair without a kernel touches.
     [[nodiscard]] bool touches(const Objects& set_a, const Objects& set_b, const Pair& pair,
                                narrow::FoundList<Dim>& scratch) const;
     void ready_workers(std::uint32_t count)
@@ -123,7 +122,7 @@ struct ContactFinder<Dim, T>::Implementation
     ContactOptions options;
     const narrow::Kernels* kernels;
     std::pmr::vector<PairTest<Dim>> tests{options.memory};
-    std::array<bool, narrow::groups> own_in_group{}; // whether any of these is for types that a group takes
+    std::array<bool, narrow::groups> own_in_group{}; // whether any of these is for types of a group
     std::pmr::vector<Worker> workers{options.memory};
     std::pmr::vector<PairBlock> pair_blocks{options.memory};
     ContactBuffer<Dim, T> result;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Distances of many pairs: what has a closed form goes through its kernel, `batch` pairs at a time.
+// Distances of many pairs: pairs with a closed form go through a kernel, `batch` at a time.
 #include "narrow/interface/answers.hpp"
 #include "narrow/interface/batches.hpp"
 
@@ -18,7 +18,7 @@ constexpr std::size_t forms = 4;
 
 Form form_of(ShapeType a, ShapeType b)
 {
-    // Two spheres take no longer one by one.
+    // Two spheres are as fast one by one.
     constexpr Form form[3][3] = {{Form::other, Form::rounds, Form::sphere_box},
                                  {Form::rounds, Form::rounds, Form::capsule_box},
                                  {Form::sphere_box, Form::capsule_box, Form::other}};
@@ -96,7 +96,7 @@ void Distances<T>::put_pair(const Pair& pair, DistanceBatch& rows, std::uint32_t
 {
     const Shape<3>* const shape[2] = {&a.shapes[pair.a], &b.shapes[pair.b]};
     const Pose<3, T>* const pose[2] = {&a.poses[pair.a], &b.poses[pair.b]};
-    // Which type comes first is hard to predict: no branches.
+    // Which type comes first is hard to predict, so there are no branches.
     const int type_a = shape[0]->type(), type_b = shape[1]->type();
     const std::size_t before = type_a > type_b ? 1 : 0, behind = 1 - before;
     constexpr double order[3] = {-1, 0, 1};

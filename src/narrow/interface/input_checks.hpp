@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What users may pass, and the errors for everything else.
+// Checks of users' input, and the errors for what is invalid.
 #pragma once
 
 #include <cmath>
@@ -27,7 +27,7 @@ bool valid_by_number(const Pose<Dim, T>& pose)
 template <int Dim, class T>
 inline bool valid(const Pose<Dim, T>& pose)
 {
-    // Almost all are, by two sums without branches.
+    // Almost all are valid, which two sums tell without branches.
     T sum = 0, turn = 0;
     for (const T x : pose.position)
         sum += std::abs(x);
@@ -94,7 +94,7 @@ bool valid(const Motion<Dim, T>& motion)
         good = good && std::abs(double{x}) <= 1e9;
     return good;
 }
-/// A half-space that turns would sweep everything at once.
+/// A turning half-space would sweep everything at once.
 template <int Dim, class T>
 bool turns_without_end(const Shape<Dim>& shape, const Motion<Dim, T>& motion)
 {
@@ -200,7 +200,7 @@ void check_object(const Shape<Dim>& shape, const Motion<Dim, T>& motion, std::ui
 {
     if (!valid(motion) || turns_without_end(shape, motion)) refuse_motion(motion, object);
 }
-/// One pair and the objects that it names. Objects that no pair names are not looked at.
+/// One pair and the objects that it names. Objects in no pair aren't checked.
 template <class Set>
 void check_pair(const Set& a, const Set& b, const Pair& pair, std::uint64_t number)
 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Pairs in groups, each with one answer: what need not be known of the others isn't computed.
+// Pairs in groups, each with one answer; other pairs are computed only as far as needed.
 #include <algorithm>
 #include <limits>
 
@@ -23,7 +23,7 @@ void check_groups(std::span<const std::uint64_t> offsets, std::size_t pairs, std
                                                   " answers; give one per group");
 }
 
-/// What the distance of two shapes is at least, by spheres around them.
+/// A lower bound of the distance of two shapes, by spheres around them.
 template <int Dim, class T>
 double apart_at_least(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b,
                       const Pose<Dim, T>& pose_b)
@@ -47,14 +47,14 @@ void ContactFinder<Dim, T>::Implementation::first_touching(const Objects& set_a,
     const ProcessOptions options_of_groups{&executor(), groups_at_once};
     ready_workers(plan_work(out.size(), options_of_groups).slots);
 
-    // The first of a run of pairs; their number if none touches.
+    // The first touching pair of a run, or the run's length if none touches.
     const auto first_of = [&](std::span<const Pair> some, std::uint64_t number, Worker& worker) {
         sort_groups(set_a, set_b, some, number, worker);
         run_groups(set_a, set_b, some, 0, worker);
         std::size_t first = 0;
         while (first < some.size() && worker.contacts[first].count == 0)
             ++first;
-        // In ascending order but for those that a kernel left over, which come last.
+        // In ascending order except for pairs that a kernel couldn't decide, which come last.
         for (const std::uint16_t i : worker.lists.of(narrow::Group::other))
             if (i < first && touches(set_a, set_b, some[i], worker.one)) first = i;
         return first;
@@ -62,7 +62,7 @@ void ContactFinder<Dim, T>::Implementation::first_touching(const Objects& set_a,
     const auto answer = [&](std::uint64_t begin, std::uint64_t end, Work work) {
         for (std::uint64_t group = begin; group < end; ++group) {
             out[group] = no_pair;
-            // Kernels gain from many pairs at once, and whoever touches early from few.
+            // Kernels gain from many pairs at once, and groups that touch early from few.
             std::uint64_t length = 2 * narrow::batch;
             for (std::uint64_t at = offsets[group]; at < offsets[group + 1];) {
                 const std::uint64_t count = std::min(length, offsets[group + 1] - at);
@@ -111,7 +111,7 @@ void ContactFinder<Dim, T>::Implementation::least_distances(const Objects& set_a
                 return;
             best = found;
             best_pair = number;
-            // It may have been rounded down, and what is as far may come earlier.
+            // It may have been rounded down, and an equally far pair may come earlier.
             const T apart = std::max(best.distance, T(0));
             enough = std::min(enough, apart + apart * (4 * std::numeric_limits<T>::epsilon()) +
                                           std::numeric_limits<T>::min());
@@ -122,7 +122,7 @@ void ContactFinder<Dim, T>::Implementation::least_distances(const Objects& set_a
             narrow::check_pair(set_a, set_b, pair, number);
             const Shape<Dim>&a = set_a.shapes[pair.a], &b = set_b.shapes[pair.b];
             if (narrow::is_simple(a.type()) && narrow::is_simple(b.type()))
-                take(number); // which costs less than to put it off
+                take(number); // which costs less than postponing it
             else
                 worker.pending.push_back(
                     {apart_at_least(a, set_a.poses[pair.a], b, set_b.poses[pair.b]), number});

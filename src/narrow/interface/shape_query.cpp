@@ -20,7 +20,7 @@ namespace {
 /// Queries differ much in cost.
 constexpr std::uint64_t query_block = 16;
 
-/// Calls ask(search) for query i of a batch, whose filter's `accept` is told the query's number.
+/// Calls ask(search) for query i of a batch, whose filter's `accept` gets the query's number.
 template <class Structure, class Query, class Filter, class Ask>
 auto ask_one(const Structure& structure, std::span<const Query> queries, std::size_t i,
              const PosedShapes<Structure::dim, typename Structure::Number>& objects,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A query to the shapes of a structure's objects: boxes are visited, nearest first, and the shapes in them
-// asked, until no box is left that may hold a nearer answer.
+// A query about the shapes of a structure's objects: visits boxes, nearest first, and tests the shapes in
+// them, until no remaining box can contain a nearer answer.
 #pragma once
 
 #include <algorithm>
@@ -22,7 +22,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 
-/// Errors of check() name the query, where it has a number.
+/// Errors of check() name the query, if it has a number.
 template <class F>
 void checked_as(std::uint64_t number, const F& check)
 {
@@ -39,7 +39,7 @@ void check_pose(const Pose<Dim, T>& pose, std::uint64_t object)
     if (!valid(pose)) refuse_pose(pose, object);
 }
 
-// Each refuses an invalid query, whatever it would meet.
+// Each throws for an invalid query, whatever it would meet.
 template <int Dim, class T>
 void check_query(const Ray<Dim, T>& ray)
 {
@@ -63,8 +63,8 @@ void check_query(const PosedShape<Dim, T>& shape)
     check_pose(shape.pose, Error::no_index);
 }
 
-// Each answers about one object; where there is no answer, its fraction or distance is infinite. Distances
-// beyond `most` are no answers.
+// Each answers for one object; if there is no answer, the fraction or distance is infinite. Distances beyond
+// `most` are no answers.
 template <int Dim, class T>
 CastHit<Dim, T> answer_to(const Ray<Dim, T>& ray, const Shape<Dim>& shape, const Pose<Dim, T>& pose, T)
 {
@@ -83,7 +83,7 @@ Distance<Dim, T> answer_to(const NearestToShape<Dim, T>& nearest, const Shape<Di
     return distance_of(nearest.shape, nearest.pose, shape, pose, most, best_kernels());
 }
 
-/// How far away an answer is, as its order goes.
+/// The fraction or distance by which an answer is ordered.
 template <int Dim, class T, class Id>
 T at_of(const ShapeHit<Dim, T, Id>& hit) noexcept
 {
@@ -110,7 +110,7 @@ T no_less(T at) noexcept
 {
     return at + (at * (16 * std::numeric_limits<T>::epsilon()) + std::numeric_limits<T>::min());
 }
-/// The fraction or squared distance up to which a box may hold an answer at `at`.
+/// The fraction or squared distance up to which a box may contain an answer at `at`.
 template <class Query, class T>
 T box_bound(const Query&, T at) noexcept
 {
@@ -122,7 +122,7 @@ T box_bound(const Query&, T at) noexcept
     }
 }
 
-// --- Where the boxes are looked for ---
+// --- Finding the boxes ---
 
 template <int Dim, class T>
 bool finite(const Aabb<Dim, T>& box)
@@ -134,8 +134,8 @@ bool finite(const Aabb<Dim, T>& box)
     return good;
 }
 
-/// In what a moving box sweeps, or near a box. Where `lies_in` is true, in a region and in no order: for
-/// motions too short for a sweep, and for shapes without end.
+/// In what a moving box sweeps, or near a box. If `lies_in` is true, in a region and unordered: for motions
+/// too short for a sweep, and for infinite shapes.
 template <int Dim, class T>
 struct Boxes
 {
@@ -167,7 +167,7 @@ template <int Dim, class T>
 Boxes<Dim, T> boxes_for(const NearestToShape<Dim, T>& nearest)
 {
     constexpr T infinity = std::numeric_limits<T>::infinity();
-    // Of distances between boxes the squares are compared: they must be normal numbers.
+    // Distances between boxes are compared by their squares, which must be normal numbers.
     constexpr T shortest = sizeof(T) == 4 ? T(2e-19) : T(2e-154);
     Boxes<Dim, T> boxes{};
     const Aabb<Dim, T> box = bounds(nearest.shape, nearest.pose);
@@ -182,8 +182,8 @@ Boxes<Dim, T> boxes_for(const NearestToShape<Dim, T>& nearest)
     return boxes;
 }
 
-// Each calls inside(id, bound, at) for the objects whose boxes the query meets, nearest first where there is
-// an order, at `at`; 0 where there is none. It may lower `bound`, and returns whether to go on.
+// Each calls inside(id, bound, at) for the objects whose boxes the query meets, nearest first if there is an
+// order, at `at` (0 without an order). It may lower `bound`, and returns whether to continue.
 template <class Structure, int Dim, class T, class Filter, class F>
 void visit_boxes(const Structure& structure, const Aabb<Dim, T>& region, const Filter& filter, F&& inside)
 {
@@ -231,7 +231,7 @@ inline std::uint32_t number_of(ObjectId id) noexcept
     return id.index;
 }
 
-/// A query to the shapes of a structure's objects.
+/// A query about the shapes of a structure's objects.
 template <class Structure, class Query, class Filter>
 class ShapeSearch
 {
@@ -249,7 +249,7 @@ class ShapeSearch
         checked_as(number, [&] { check_query(query); });
     }
 
-    /// Calls touch(id) for each object that touches a shape that stays, until it returns false.
+    /// Calls touch(id) for each object that touches a shape at rest, until it returns false.
     template <class Touch>
     void each_touching(const Touch& touch) const
     {
@@ -262,8 +262,8 @@ class ShapeSearch
         });
     }
     /// Calls take(answer, bound) for each answer, in the order of boxes, until it returns false. `most()` is
-    /// how far distances may be; `before(at)` is called before a box that begins at `at`, and says whether to
-    /// go on.
+    /// the greatest distance allowed; `before(at)` is called before a box that begins at `at`, and returns
+    /// whether to continue.
     template <class Most, class Before, class Take>
     void each_answer(const Most& most, const Before& before, const Take& take) const
     {
@@ -291,7 +291,8 @@ class ShapeSearch
         bool any = false;
         const auto most = [&] {
             if constexpr (is_nearest)
-                // The best distance may have been rounded down, and what is as far may have the lower id.
+                // The best distance may have been rounded down, and an equally far object may have the lower
+                // id.
                 return any ? std::min(no_less(std::max(best.distance, T(0))), query_.max_distance)
                            : query_.max_distance;
             else
@@ -316,7 +317,7 @@ class ShapeSearch
             each_answer(anywhere, goes_on_always, add);
         return found;
     }
-    /// Appends the answers, in order: the first `max_results` of them. Returns whether there are more.
+    /// Appends the first `max_results` answers, in order. Returns whether there are more.
     template <class Answers>
     bool append_all(Answers& out, std::uint64_t max_results) const
     {
@@ -329,7 +330,8 @@ class ShapeSearch
             if (more) out.resize(before + static_cast<std::size_t>(max_results));
             return more;
         } else {
-            // One more than wanted says whether there are more. Then they are a heap, the last of all on top.
+            // One more than wanted tells whether there are more. Then they are a heap, with the last of all
+            // on top.
             const bool limited = max_results < (std::numeric_limits<std::uint64_t>::max() >> 1U);
             bool full = false;
             each_answer(anywhere, goes_on_always, [&](const Answer& found, T& bound) {
@@ -351,8 +353,8 @@ class ShapeSearch
             return full;
         }
     }
-    /// Hands the answers over, in order, until the visitor returns false; whether it never did. Answers wait
-    /// in a heap, the nearest on top, while a box that is still to come may hold a nearer one.
+    /// Visits the answers, in order, until the visitor returns false. Returns false if it did. Answers wait
+    /// in a heap, the nearest on top, while a later box may contain a nearer one.
     bool visit(typename Structure::template Visitor<Answer> visitor) const
     {
         if constexpr (stays) {
@@ -360,7 +362,7 @@ class ShapeSearch
             each_touching([&](const auto& id) { return goes_on = visitor(id); });
             return goes_on;
         } else {
-            T furthest = infinity; // what the visitor wants no answer beyond
+            T furthest = infinity; // the visitor's bound
             std::uint64_t left = ~std::uint64_t{0};
             if constexpr (is_nearest) {
                 furthest = query_.max_distance;
@@ -425,7 +427,7 @@ class ShapeSearch
         else
             answer.fraction = infinity;
     }
-    /// Calls use(shape, pose) with those of an object, which have been checked.
+    /// Calls use(shape, pose) for an object, after checking them.
     template <class Id, class Use>
     void with(const Id& id, const Use& use) const
     {

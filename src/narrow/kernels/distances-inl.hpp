@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Distances of spheres, capsules and boxes, several pairs at a time, from what users give to what they get.
-// Each does what simple_distance in answers.hpp does with one pair, operation by operation. Compiled once per
+// Distances of spheres, capsules and boxes, several pairs at a time, from users' input to their results. Each
+// does the same as simple_distance in answers.hpp for one pair, operation by operation. Compiled once per
 // instruction set, see kernels.cpp.
 
 /// Pairs in the order in which they are computed.
@@ -10,10 +10,10 @@ struct RealPairs
     RealMat turn_a, turn_b;
     Real3 d;           ///< from a to b
     RealMask swapped;  ///< b was given first
-    RealMask exchange; ///< a and b of the batch have to change places, in all but d
+    RealMask exchange; ///< a and b of the batch must be exchanged, except in d
 };
 
-/// Certainly valid, with a quaternion that `rotation` in math.hpp reads without scaling.
+/// Whether a pose is certainly valid, with a quaternion that `rotation` in math.hpp reads without scaling.
 HWY_ATTR HWY_INLINE RealMask is_plain(const Real3& place, const Real (&turn)[4])
 {
     Real big = Real(0), sum = Real(0);
@@ -43,7 +43,7 @@ HWY_ATTR HWY_INLINE RealPairs load_pairs(const DistanceBatch& pairs, std::uint32
     const RealMask swapped = (order < zero) | exchange;
     const RealMask clear =
         is_plain(place_a, turn_a) & is_plain(place_b, turn_b) & (zero < abs(order) + abs(decides));
-    for (int i = 0; i < 4; ++i) { // what can't be answered here makes no exceptions
+    for (int i = 0; i < 4; ++i) { // what can't be answered here raises no exceptions
         turn_a[i] = choose(clear, turn_a[i], i == 3 ? one : zero);
         turn_b[i] = choose(clear, turn_b[i], i == 3 ? one : zero);
     }
@@ -61,7 +61,7 @@ HWY_ATTR HWY_INLINE Real extent(const Real3& d)
     return abs(d.x) + abs(d.y) + abs(d.z);
 }
 
-/// Puts down what users get, from two cores with a radius around each: gap_of and `finish`.
+/// Writes users' results, from two cores with a radius around each: like gap_of and `finish`.
 HWY_ATTR HWY_INLINE void put_answers(DistanceBatch& pairs, std::uint32_t k, const RealPairs& pair,
                                      const RealGap& cores, const Real& size, const Real& radius_a,
                                      const Real& radius_b)
@@ -88,7 +88,7 @@ HWY_ATTR inline void round_distances(DistanceBatch& pairs)
         const RealPairs pair = load_pairs(pairs, k);
         const Real half_a = Real::loadu(pairs.half_a[1] + k), half_b = Real::loadu(pairs.half_b[1] + k);
         const Real radius_a = Real::loadu(pairs.radius_a + k), radius_b = Real::loadu(pairs.radius_b + k);
-        // A sphere lies along y, whatever it turns.
+        // A sphere counts as along y, whatever its rotation.
         const RealMask is_sphere = Real(0) < abs(Real::loadu(pairs.order + k));
         const Real3 axis_a = choose3(is_sphere, {Real(0), Real(1), Real(0)}, pair.turn_a.y);
         const Real3& axis_b = pair.turn_b.y;
@@ -101,8 +101,8 @@ HWY_ATTR inline void round_distances(DistanceBatch& pairs)
     }
 }
 
-/// The point of a box that is nearest to a sphere's centre: in the box's axes it is the centre itself, each
-/// coordinate cut off at the box's faces.
+/// The point of a box nearest to a sphere's centre: in the box's axes it is the centre, with each coordinate
+/// clamped to the box.
 HWY_ATTR inline void sphere_box_distances(DistanceBatch& pairs)
 {
     const Real zero = Real(0), one = Real(1);

@@ -12,8 +12,7 @@
 
 #include "narrow/kernels/kernels.hpp"
 
-// One pair at a time, in plain numbers: what a single pair is answered with, and the only form where there is
-// no SIMD.
+// One pair at a time, in plain numbers: used for single pairs, and for all if there is no SIMD.
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 namespace {
@@ -103,7 +102,7 @@ HWY_AFTER_NAMESPACE();
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 
-// The caller asks for one of supported_instruction_sets(), which knows what the machine can run.
+// The caller requests one of supported_instruction_sets(), which knows what the machine can run.
 const Kernels& kernels_for([[maybe_unused]] InstructionSet set) noexcept
 {
     JOSTLE_SIMD_RETURN(set, kernels());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The distances and overlaps of simple shapes, several pairs at a time. All instruction sets leave the same
-// bits: sums and products in one order, no fused multiply-add, square roots and divisions as IEEE has them.
+// The distances and overlaps of simple shapes, several pairs at a time. All instruction sets produce the same
+// bits: sums and products in one order, no fused multiply-add, IEEE square roots and divisions.
 #pragma once
 
 #include <cstdint>
@@ -12,17 +12,17 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 
-/// How many pairs a kernel looks at in one call. Where there are fewer, the last one stands in all places
-/// that are left.
+/// The number of pairs that a kernel processes in one call. If there are fewer, the last one fills the
+/// remaining places.
 inline constexpr std::uint32_t batch = 8;
 
-// A batch is pairs transposed, so that a vector is one number of several pairs:
+// A batch has pairs transposed, so that a vector has one number of several pairs:
 //
 //     d[0]   x of pair 0   x of pair 1   ...   x of pair 7
 //     d[1]   y of pair 0   y of pair 1   ...
 //
 // turn_a and turn_b are the rotations as quaternions, whose length need not be exactly 1; d is b's position
-// seen from a's. Kernels fill in what comes behind "Out".
+// relative to a's. Kernels fill in the members after "Out".
 
 /// Two boxes.
 struct BoxBatch
@@ -41,11 +41,10 @@ struct CapsuleBoxBatch
 {
     double turn_a[4][batch], turn_b[4][batch], d[3][batch], half_length[batch], half[3][batch];
 
-    // Out: the segment's distance from the box and the nearest points; where they overlap, the depth,
-    // negated.
+    // Out: the segment's distance from the box and the nearest points; the negated depth if they overlap.
     double distance[batch];
     double normal[3][batch];
-    double on_a[3][batch], on_b[3][batch]; ///< from a's position; of separated pairs only
+    double on_a[3][batch], on_b[3][batch]; ///< relative to a's position; only for separated pairs
     double axis_a[3][batch], matrix_b[9][batch];
 };
 
@@ -54,31 +53,31 @@ struct RoundBatch
 {
     double turn_a[4][batch], turn_b[4][batch], d[3][batch], half_a[batch], half_b[batch];
 
-    // Out: how far the segments are from each other, in which direction (where that is above 0), and where.
+    // Out: the distance of the segments, its direction (if it is above 0), and the nearest points.
     double distance[batch];
     double normal[3][batch], on_a[3][batch], on_b[3][batch];
     double axis_a[3][batch], axis_b[3][batch]; ///< their directions
 };
 
 /// Two spheres, capsules or boxes: a sphere before a capsule, and that before a box. Places are in the order
-/// that users gave, which is the other one where `order` is -1.
+/// given by users, which is the opposite one if `order` is -1.
 struct DistanceBatch
 {
     double place_a[3][batch], place_b[3][batch], turn_a[4][batch], turn_b[4][batch];
-    double half_a[3][batch], half_b[3][batch]; ///< half edges; of a capsule its half length in y
+    double half_a[3][batch], half_b[3][batch]; ///< half edges; a capsule's half length in y
     double radius_a[batch], radius_b[batch];
     double order[batch]; ///< 1 as given, -1 the other way round, 0 as the places decide
-    double enough;       ///< the greatest distance that is answered
+    double enough;       ///< the greatest distance to be reported
 
-    // Out: what users get, in the order that they gave. The distance is infinite, and all else 0, where it is
-    // more than enough.
+    // Out: users' results, in their order. If the distance is more than enough, it is infinite, and all else
+    // 0.
     double distance[batch];
     double normal[3][batch];                   ///< unit, from a to b
-    double from_a[3][batch], from_b[3][batch]; ///< each seen from its own position
-    std::uint32_t clear; ///< bit k is set where pair k is answered; what isn't, is looked at in general
+    double from_a[3][batch], from_b[3][batch]; ///< each relative to its own position
+    std::uint32_t clear; ///< bit k is set if pair k is answered; others are tested in general
 };
 
-/// Edges of a polyhedron with the normals of their two faces. Up to a multiple of 8 the rows are filled with
+/// Edges of a polyhedron with the normals of their two faces. The rows are padded to a multiple of 8 with
 /// zeros, which are no edges: nothing crosses them.
 struct EdgeRows
 {
@@ -91,7 +90,7 @@ struct EdgePair
     double separation; ///< minus infinity: there is none
     std::uint32_t a, b;
 };
-/// A few points of one polyhedron, and how deep they are below the planes of another.
+/// A few points of one polyhedron, and their depths below the planes of another.
 struct PlaneRows
 {
     static constexpr std::uint32_t most = 2 * EdgeRows::most / 3 + 8; // faces and corners have three edges
@@ -101,18 +100,18 @@ struct PlaneRows
 
     // Out, by plane.
     double depth[most];  ///< of the deepest of the points
-    double deeper[most]; ///< bit i of its mantissa is set where point i is deeper than `enough`
+    double deeper[most]; ///< bit i of its mantissa is set if point i is deeper than `enough`
 };
 
-/// What is compiled for each instruction set. Points (or normals) are three rows of numbers: first their x,
-/// then from x + stride on their y, then their z. The stride is a multiple of 8, and the kernels read and
-/// write whole rows, so what a row has beyond its points must be harmless: a copy of one of them.
+/// The functions compiled for each instruction set. Points (or normals) are three rows of numbers: first
+/// their x, then from x + stride on their y, then their z. The stride is a multiple of 8, and the kernels
+/// read and write whole rows, so the padding of a row must be harmless: copies of one of its points.
 struct Kernels
 {
     void (*boxes)(BoxBatch&);
     void (*capsule_box)(CapsuleBoxBatch&);
     void (*rounds)(RoundBatch&);
-    /// These do what simple_distance in answers.hpp does with one pair, operation by operation.
+    /// These do the same as simple_distance in answers.hpp for one pair, operation by operation.
     void (*round_distances)(DistanceBatch&);
     void (*sphere_box_distances)(DistanceBatch&);
     void (*capsule_box_distances)(DistanceBatch&);
@@ -122,12 +121,11 @@ struct Kernels
     double (*heights)(const double* x, std::uint32_t stride, double dx, double dy, double dz, double* height);
     /// to = turn * from + shift.
     void (*move)(const double* from, std::uint32_t stride, const Mat3& turn, const Vec3& shift, double* to);
-    /// For each plane: how deep the deepest of the points lies below it. Returns the plane for which that is
-    /// least.
+    /// For each plane, the depth of the deepest point below it. Returns the plane with the least.
     std::uint32_t (*planes)(const double* normals, const double* offsets, std::uint32_t stride, double enough,
                             PlaneRows& rows);
-    /// An edge of a and one of b whose common normal separates the two polyhedra most. Only pairs count that
-    /// make a face of the Minkowski difference: on the sphere of all directions, an edge is the arc from the
+    /// The edges of a and b whose common normal separates the two polyhedra most. Only pairs count that form
+    /// a face of the Minkowski difference: on the sphere of all directions, an edge is the arc from the
     /// normal of one of its faces to that of the other, and the arc of a's edge has to cross the negated arc
     /// of b's. Source: Gregorius, The Separating Axis Test between Convex Polyhedra, GDC 2013.
     EdgePair (*edges)(const EdgeRows& a, const EdgeRows& b);
@@ -135,14 +133,14 @@ struct Kernels
     /// the bits of those that aren't above the limit.
     std::uint32_t (*bounds)(const BoxRows& rows, const OrientedBox& box, double limit,
                             double (&key)[BoxRows::size]);
-    /// The bounds themselves, and in which direction.
+    /// The bounds themselves, and their directions.
     void (*approaches)(const BoxRows& rows, const OrientedBox& box, BoxApproaches& out);
 };
 [[nodiscard]] const Kernels& kernels_for(InstructionSet set) noexcept;
-/// Of supported_instruction_sets().front().
+/// The kernels of supported_instruction_sets().front().
 [[nodiscard]] const Kernels& best_kernels() noexcept;
 
-/// What the kernel `boxes` finds, for one pair.
+/// The result of the kernel `boxes`, for one pair.
 struct BoxAxis
 {
     double separation;
@@ -151,7 +149,7 @@ struct BoxAxis
 };
 [[nodiscard]] BoxAxis box_axis(const Mat3& a, const Vec3& half_a, const Mat3& b, const Vec3& half_b,
                                const Vec3& d);
-/// What the kernel `capsule_box` finds, for one pair.
+/// The result of the kernel `capsule_box`, for one pair.
 struct CapsuleBoxGap
 {
     double distance;

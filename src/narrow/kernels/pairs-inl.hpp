@@ -5,13 +5,13 @@
 /// The best separating axis so far, of each pair.
 struct RealAxis
 {
-    Real separation; ///< how far apart the boxes are along it; below 0 they overlap by that much
+    Real separation; ///< the separation of the boxes along it; negative for an overlap
     Real axis;       ///< its number, as in BoxBatch
-    Real sign;       ///< below 0 where the normal points from b to a
+    Real sign;       ///< negative if the normal points from b to a
     Real3 normal;    ///< unit
 };
 
-/// Takes an axis for the pairs that it separates by more than the best one so far and `by` together.
+/// Takes an axis for the pairs that it separates by more than the best one so far plus `by`.
 HWY_ATTR inline void take_axis(RealAxis& best, const Real& by, const Real& separation, double axis,
                                const Real& sign, const Real3& normal)
 {
@@ -33,7 +33,7 @@ HWY_ATTR inline RealAxis best_box_axis(const RealMat& a, const Real3& half_a, co
     const Real3 axis_a[3] = {a.x, a.y, a.z}, axis_b[3] = {b.x, b.y, b.z};
     const Real ha[3] = {half_a.x, half_a.y, half_a.z}, hb[3] = {half_b.x, half_b.y, half_b.z};
     Real c[3][3], ac[3][3]; // cosines between a's axes and b's, and their sizes
-    Real ta[3], tb[3];      // the way between the centres along each axis
+    Real ta[3], tb[3];      // the distance of the centres along each axis
     for (int i = 0; i < 3; ++i) {
         ta[i] = dot3(axis_a[i], d);
         tb[i] = dot3(axis_b[i], d);
@@ -67,7 +67,7 @@ HWY_ATTR inline RealAxis best_box_axis(const RealMat& a, const Real3& half_a, co
             const Real reach =
                 ha[i1] * ac[i2][j] + ha[i2] * ac[i1][j] + hb[j1] * ac[i][j2] + hb[j2] * ac[i][j1];
             // Edges that are parallel within 1e-7 have no direction across them. A face's normal or another
-            // pair of edges serves instead.
+            // pair of edges is used instead.
             const Real separation = choose(Real(1e-14) < square, (abs(t) - reach) * inverse, Real(-HUGE_VAL));
             const Real3 normal = scale3(add3(scale3(axis_a[i1], p), scale3(axis_a[i2], q)), inverse);
             take_axis(best, by, separation, 6 + 3 * i + j, t, normal);
@@ -100,18 +100,18 @@ struct RealGap
     Real3 normal, on_a, on_b;
 };
 
-/// The distance of a segment from a box, or how deep it is in it.
+/// The distance of a segment from a box, or its depth in the box.
 ///
-/// Along the segment, the square of the distance from the box is convex. Its derivative is made of straight
-/// pieces, which meet where the segment crosses the plane of a face:
+/// Along the segment, the squared distance from the box is convex. Its derivative is piecewise linear, with
+/// breaks where the segment crosses the plane of a face:
 ///
 ///     slope |              ___/
 ///         0 |---------+---x-------
 ///           |      __/
 ///           | ____/  low   high
 ///
-/// Of the six crossings, the last before the slope's zero (low) and the first behind it (high) are looked up.
-/// The slope is straight between them, so its zero x, the nearest point, is exact.
+/// Of the six crossings, the last before the slope's zero (low) and the first after it (high) are found. The
+/// slope is linear between them, so its zero x, the nearest point, is exact.
 HWY_ATTR inline RealGap segment_box(const Real3& axis, const Real& half_length, const RealMat& b,
                                     const Real3& half, const Real3& d)
 {
@@ -142,8 +142,8 @@ HWY_ATTR inline RealGap segment_box(const Real3& axis, const Real& half_length, 
         for (int i = 0; i < 3; ++i)
             for (int side = 0; side < 2; ++side) {
                 const Real crossing = ((side == 0 ? zero - h[i] : h[i]) - c[i]) / e[i];
-                // Crossings outside of the segment are left out. So are those of a segment along the face,
-                // for which they are infinite or 0/0: comparisons with NaN are false.
+                // Crossings outside the segment are ignored. So are those of a segment along the face, which
+                // are infinite or 0/0: comparisons with NaN are false.
                 const RealMask inside = (Real(-1) < crossing) & (crossing < one);
                 const Real here = slope(choose(inside, crossing, zero));
                 const RealMask up_low = inside & ((zero >= here) & (low < crossing));
@@ -155,8 +155,8 @@ HWY_ATTR inline RealGap segment_box(const Real3& axis, const Real& half_length, 
             }
         const Real rise = slope_high - slope_low;
         const Real between = low - slope_low * ((high - low) / choose(zero < rise, rise, one));
-        // Where the slope is 0 all the way from low to high, the middle is taken: a capsule that lies along a
-        // face is met in its middle.
+        // If the slope is 0 all the way from low to high, the middle is taken: a capsule along a face is met
+        // in its middle.
         const Real within = choose(zero < rise, between, (low + high) * Real(0.5));
         t = choose(at_start | at_end, t, clamped(within, one));
     }
@@ -180,7 +180,7 @@ HWY_ATTR inline RealGap segment_box(const Real3& axis, const Real& half_length, 
     result.on_b = add3(d, add3(add3(scale3(b.x, q[0]), scale3(b.y, q[1])), scale3(b.z, q[2])));
     if (all(apart)) return result;
 
-    // Overlap: the axis of least.
+    // Overlap: finds the axis with the least.
     RealAxis best{Real(-HUGE_VAL), zero, zero, {zero, zero, zero}};
     const Real3 axis_b[3] = {b.x, b.y, b.z};
     for (int i = 0; i < 3; ++i)
@@ -224,7 +224,7 @@ HWY_ATTR inline void capsule_box(CapsuleBoxBatch& pairs)
 }
 
 /// The nearest points of two segments. Source: Ericson sec. 5.1.9, in the form of round_gap in gaps3.hpp,
-/// whose operations these are in their order. There is no normal where they meet.
+/// with the same operations in the same order. There is no normal if they meet.
 HWY_ATTR HWY_INLINE RealGap segments(const Real3& a, const Real& half_a, const Real3& b, const Real& half_b,
                                      const Real3& d)
 {

@@ -2,8 +2,8 @@
 // Points, planes and edges of polyhedra, several at a time. Compiled once per instruction set, see
 // kernels.cpp.
 
-/// The first of the highest points. The heights of 64 wait until the greatest is known; then one word of bits
-/// says which they are.
+/// The first of the highest points. The heights of 64 are kept until the greatest is known; then one word of
+/// bits tells which have it.
 HWY_ATTR inline std::uint32_t furthest(const double* x, std::uint32_t stride, double dx, double dy, double dz)
 {
     constexpr std::uint32_t at_once = 64;
@@ -65,10 +65,10 @@ HWY_ATTR inline void move(const double* from_points, std::uint32_t stride, const
     }
 }
 
-/// A vector holds as many planes as it has lanes; the points are gone through one by one.
+/// A vector holds as many planes as it has lanes; the points are processed one by one.
 ///
 /// `deeper` counts in a double, since the lanes are doubles: it begins as 2^52, at which the last bit of the
-/// mantissa is worth 1, and 2^i is added for point i. So bit i of the number's mantissa says whether that
+/// mantissa is worth 1, and 2^i is added for point i. So bit i of the number's mantissa tells whether that
 /// point is deep:
 ///
 ///     bit  63  62 ... 52   51 ... 3  2  1  0
@@ -114,7 +114,7 @@ HWY_ATTR inline Real3 one3(const double (&rows)[3][EdgeRows::most], std::uint32_
     return {Real(rows[0][i]), Real(rows[1][i]), Real(rows[2][i])};
 }
 
-/// a's edges are gone through one by one, a vector of b's against each. The number of a pair fits a double:
+/// a's edges are processed one by one, with a vector of b's against each. The number of a pair fits a double:
 /// it is at most EdgeRows::most squared.
 HWY_ATTR inline EdgePair edges(const EdgeRows& a, const EdgeRows& b)
 {
@@ -127,7 +127,7 @@ HWY_ATTR inline EdgePair edges(const EdgeRows& a, const EdgeRows& b)
         for (std::uint32_t j = 0; j < b.count; j += Real::size) {
             // Two arcs cross if the ends of each lie on either side of the other's great circle, and the two
             // crossings of the circles are not on opposite sides of the sphere. The circle of an edge's arc
-            // is that across the edge, so an end's side is the sign of a product with the edge.
+            // is perpendicular to the edge, so an end's side is the sign of a product with the edge.
             const Real3 along_b = rows3(b.along, j);
             const Real b0 = dot3(rows3(b.normal_0, j), along_a), b1 = dot3(rows3(b.normal_1, j), along_a);
             const Real side_0 = dot3(a0, along_b), side_1 = dot3(a1, along_b);
@@ -139,9 +139,10 @@ HWY_ATTR inline EdgePair edges(const EdgeRows& a, const EdgeRows& b)
             const Real3 begin_b = rows3(b.begin, j);
             const Real3 apart{begin_b.x - begin_a.x, begin_b.y - begin_a.y, begin_b.z - begin_a.z};
             const Real square = dot3(n, n), along_n = dot3(n, apart);
-            // The cross product of two edges may point either way; a's arc tells which way is out of a.
+            // The cross product of two edges may point either way; a's arc tells which way is outwards from
+            // a.
             const Real separation = choose(zero < side_0, along_n, zero - along_n) / sqrt(square);
-            // Edges that are parallel within 1e-7 have no direction across them; a face's normal serves
+            // Edges that are parallel within 1e-7 have no direction across them; a face's normal is used
             // instead.
             const RealMask wide = narrow * dot3(along_b, along_b) < square;
             const RealMask better = (crossing & wide) & (most < separation);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Vectors in space, of several pairs or points at once: a Real has a number of each. Compiled once per
-// instruction set: kernels.cpp includes this file inside a namespace that has the vocabulary of
-// simd/vec-inl.hpp. No include guard, on purpose.
+// 3D vectors of several pairs or points at once: a Real has a number of each. Compiled once per instruction
+// set: kernels.cpp includes this file inside a namespace that has the functions of simd/vec-inl.hpp.
+// Intentionally without an include guard.
 
 using Real = Vec<double>;
 using RealMask = Mask<double>;
@@ -39,8 +39,8 @@ HWY_ATTR inline Real3 cross3(const Real3& a, const Real3& b)
 {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
-/// The greater of two numbers; a where they are equal. An instruction's own maximum may choose either of 0
-/// and -0, and results have to have the same bits with every instruction set.
+/// The greater of two numbers; a if they are equal. A maximum instruction may choose either of 0 and -0, and
+/// results must have the same bits with every instruction set.
 HWY_ATTR inline Real greater_of(const Real& a, const Real& b)
 {
     return choose(a < b, b, a);

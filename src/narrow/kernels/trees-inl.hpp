@@ -2,15 +2,15 @@
 // Boxes of a mesh's tree against one box, several at a time. Compiled once per instruction set, see
 // kernels.cpp.
 
-/// What is between one box and several others of a tree, along the axes of each.
+/// The gaps between one box and several others of a tree, along the axes of each.
 struct RealBoxGap
 {
     Real3 axis[3];               ///< the others'
     Real along_box[3], along[3]; ///< from centre to centre
     Real gap_box[3],
-        gap[3]; ///< between the boxes along an axis of the one, of the others; below 0 they overlap
+        gap[3]; ///< between the boxes along an axis of the one, of the others; negative for an overlap
     Real square_box,
-        square; ///< no more than the squared distance: what the axes of the one, of the others, tell
+        square; ///< lower bounds of the squared distance by the axes of the one, of the others
 };
 HWY_ATTR inline Real squared_gap(const Real (&gap)[3])
 {
@@ -48,8 +48,7 @@ HWY_ATTR inline RealBoxGap box_gap(const BoxRows& rows, const OrientedBox& box, 
     result.square = squared_gap(result.gap);
     return result;
 }
-/// Where no axis separates the boxes: how much they overlap, negated, along the axis along which they overlap
-/// least.
+/// If no axis separates the boxes: the least overlap along any axis, negated.
 HWY_ATTR inline Real overlap_of(const RealBoxGap& gap)
 {
     Real overlap = gap.gap[0];
