@@ -11,7 +11,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 
-/// A stack of trivial values: the first N without allocation and without being set to anything beforehand.
+/// A stack of trivial values, the first N without allocation and uninitialised.
 template <class T, std::size_t N>
 class SmallVector
 {
@@ -34,14 +34,14 @@ class SmallVector
     void push_back(const T& value)
     {
         if (size_ == capacity_) {
-            const T copy = value; // it may be one of ours
+            const T copy = value; // it may be an element of this vector
             grow(2 * capacity_);
             ::new (data_ + size_++) T(copy);
             return;
         }
         ::new (data_ + size_++) T(value);
     }
-    void resize(std::size_t size) // new ones hold anything
+    void resize(std::size_t size) // new elements are uninitialised
     {
         if (size > capacity_) grow(size);
         size_ = size;

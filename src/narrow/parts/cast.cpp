@@ -9,10 +9,10 @@ JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 namespace {
 
-/// Near a touch the steps converge quadratically; where shapes graze each other they halve what is left.
+/// Near a touch the steps converge quadratically; if shapes graze each other each step halves the rest.
 constexpr int newton_steps = 100;
 
-/// The first touch, no later than `until`, of b's part of that number with one of a's.
+/// The first touch, no later than `until`, of b's part `number_b` with one of a's.
 template <int Dim>
 Touch<Dim> advance(const Placed<Dim>& pair, const V<Dim>& linear, double until, std::uint32_t number_a,
                    const Part<Dim>& a, std::uint32_t number_b)
@@ -26,7 +26,7 @@ Touch<Dim> advance(const Placed<Dim>& pair, const V<Dim>& linear, double until, 
                   [&](const Part<Dim>& b) { moving_gap(a, b, HUGE_VAL, gap); });
         if (gap.distance == HUGE_VAL) return touch; // two half-spaces
         const bool apart = gap.distance > 0;
-        // Where an overlap is all that rounding leaves, the direction of the gap before it is the better one.
+        // If rounding leaves only an overlap, the direction of the gap before it is better.
         if (apart || step == 0) normal = gap.normal;
         double next = time;
         if (apart) {
@@ -61,7 +61,7 @@ Touch<Dim> find_first_touch(const Placed<Dim>& pair, const V<Dim>& linear)
         if (!(touch.time < first.time)) return;
         first = touch;
         range.time = touch.time;
-        if (touch.time == 0) range.reach = -HUGE_VAL; // nothing is within that: the search ends
+        if (touch.time == 0) range.reach = -HUGE_VAL; // nothing is within that, so the search ends
     };
     if constexpr (Dim == 3)
         if (has_mesh_tree(pair)) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// In which order two objects of one type are computed where their positions don't say: by all that makes them
-// differ, so that an answer is the same whichever of them is given first.
+// The order in which two objects of one type are computed if their positions don't determine it: by every
+// difference, so that an answer is the same whichever of them is given first.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 
-// Less than 0 if a comes first, 0 if nothing tells them apart.
+// Less than 0 if a comes first, 0 if they can't be told apart.
 
 template <class Number>
     requires std::is_arithmetic_v<Number>
@@ -77,8 +77,7 @@ inline int compare(const HullData<2>& a, const HullData<2>& b)
 {
     return compare_lists(a.corners, b.corners, compare_items);
 }
-/// The same corners may have other faces: which they are depends on all points that were given, and on their
-/// type.
+/// Equal corners may have different faces, which depend on all given points and their type.
 inline int compare(const HullData<3>& a, const HullData<3>& b)
 {
     if (const int c = compare_lists(a.corners, b.corners, compare_items); c != 0) return c;
@@ -104,14 +103,14 @@ int compare(const CompoundData<Dim>& a, const CompoundData<Dim>& b)
     return compare_lists(a.children, b.children, compare_children<Dim>);
 }
 
-/// What shapes point to. Most are one and the same; others take as long as they are big.
+/// Compares what shapes point to. Most point to the same object; otherwise the cost grows with their size.
 template <class Data, int Dim>
 int compare_data(const Shape<Dim>& a, const Shape<Dim>& b)
 {
     const Data &data_a = ShapeAccess::data<Data>(a), &data_b = ShapeAccess::data<Data>(b);
     return &data_a == &data_b ? 0 : compare(data_a, data_b);
 }
-/// Two shapes of one type. Of users' own ones only the size is known.
+/// Two shapes of one type. Of custom shapes only the size is known.
 template <int Dim>
 int compare(const Shape<Dim>& a, const Shape<Dim>& b)
 {

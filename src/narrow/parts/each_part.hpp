@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which parts of two shapes come near enough to each other to be tested.
+// Finds the parts of two shapes that are near enough to each other to be tested.
 #pragma once
 
 #include "narrow/parts/pair.hpp"
@@ -9,7 +9,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 
-/// Where any shape is: the box of its ball.
+/// The box of any shape: that of its ball.
 template <int Dim>
 Region<Dim> region_of(const Shape<Dim>& shape, const V<Dim>& at, const Frame<Dim>& frame)
 {
@@ -52,7 +52,7 @@ void for_each_triangle(const HeightData& field, const Region<3>& region, const R
 {
     const Region<3> all = region.swept(range.time);
     if (all.lo[1] > field.highest + range.reach) return;
-    // Cells under the region; numbers that no grid has are cut off before they become integers.
+    // Cells under the region; numbers beyond any grid are clamped before they become integers.
     const auto cell = [](double x, double spacing, std::uint32_t count) {
         const double c = std::floor(x / spacing);
         return c > 0 ? static_cast<std::uint32_t>(std::min(c, static_cast<double>(count))) : 0;
@@ -64,10 +64,9 @@ void for_each_triangle(const HeightData& field, const Region<3>& region, const R
     const std::uint32_t z0 = cell(all.lo[2] - range.reach, field.spacing_z, field.rows - 2);
     const std::uint32_t z1 = cell(all.hi[2] + range.reach, field.spacing_z, field.rows - 2);
     for (std::uint32_t z = z0; z <= z1; ++z) {
-        if (range.reach == -HUGE_VAL)
-            return; // it may end the search; an endless region less that is no number
+        if (range.reach == -HUGE_VAL) return; // it may end the search; infinity minus it is NaN
         double lo = region.lo[0], hi = region.hi[0];
-        if (range.time > 0) { // where the region is while it passes this row
+        if (range.time > 0) { // the part of the region that passes this row
             double enter = 0, leave = range.time;
             region.clip(2, z * field.spacing_z, (z + 1) * field.spacing_z, range.reach, enter, leave);
             if (enter > leave + 1e-12 * range.time) continue;
@@ -103,14 +102,14 @@ void for_each_cell(const HeightData& field, const Kernels& kernels, const Frame<
     });
 }
 
-/// A user's shape without a support function has no part that anything could meet.
+/// A custom shape without a support function has no part that anything could meet.
 template <int Dim>
 bool has_part(const Shape<Dim>& shape)
 {
     return shape.custom() == nullptr || shape.custom()->has_support();
 }
 
-/// In ascending order of their numbers, unless the range says nearest first.
+/// In ascending order of their numbers, unless the range requests nearest first.
 template <int Dim, class Visit>
 void for_each_child(const CompoundData<Dim>& compound, const Kernels& kernels, const Frame<Dim>& frame,
                     const Region<Dim>& region, const Range<Dim>& range, Visit&& visit)
@@ -140,7 +139,7 @@ void for_each_child(const CompoundData<Dim>& compound, const Kernels& kernels, c
                                 });
     Range<Dim> wide = range;
     wide.reach += rounding;
-    constexpr std::size_t most = 1024; // to more, looking at all adds little
+    constexpr std::size_t most = 1024; // for more, testing all adds little
     std::uint32_t found[most];
     std::size_t count = 0;
     for_each_leaf(compound.nodes, region, wide, [&](const TreeNode& node) {

@@ -17,9 +17,9 @@ Vec3 foot(const Part<3>& ground, std::uint32_t corner)
 
 namespace {
 
-/// Over or under the triangle as the height field's y runs. Its border belongs to it, rounding included: so
-/// nothing slips between two triangles, and at the rim nothing depends on how field and body are turned.
-/// The corners run the same way around in all triangles of all fields, as all of them look up.
+/// Over or under the triangle along the height field's y. Its border, with a tolerance for rounding, belongs
+/// to it, so nothing slips between two triangles, and at the rim nothing depends on the rotation of field and
+/// body. The corners of all triangles of all fields run the same way around, since all of them face up.
 bool in_column(const Part<3>& triangle, const Vec3& p)
 {
     const Core3& core = triangle.core;
@@ -37,7 +37,7 @@ bool in_column(const Part<3>& triangle, const Vec3& p)
 
 Vec3 centre_of(const Core3& core)
 {
-    if (core.smooth == Smooth::custom) { // which needn't hold its own origin
+    if (core.smooth == Smooth::custom) { // which needn't contain its own origin
         Vec3 sum;
         for (const Vec3& axis : {core.frame.r.x, core.frame.r.y, core.frame.r.z})
             sum += furthest(core, axis) + furthest(core, -axis);
@@ -46,7 +46,7 @@ Vec3 centre_of(const Core3& core)
     return core.frame * core.polytope.middle;
 }
 
-/// A triangle of a height field with the ground below it, seen from a's position.
+/// A triangle of a height field with the ground below it, relative to a's position.
 class Solid final : public CustomShape<3>
 {
   public:
@@ -73,8 +73,8 @@ class Solid final : public CustomShape<3>
     double radius_ = 0;
 };
 
-/// Under a height field's triangle: its centre is below the triangle, and nothing else says where up is. The
-/// ground ends at its floor.
+/// Whether a body is under a height field's triangle: its centre is below the triangle. The ground ends at
+/// its floor.
 bool is_below(const Part<3>& ground, const Core3& core)
 {
     const Frame<3>& frame = ground.core.frame;
@@ -82,7 +82,7 @@ bool is_below(const Part<3>& ground, const Core3& core)
     if (!(dot(ground.normal, centre - ground.first_corner()) < 0 && in_column(ground, centre))) return false;
     if (dot(frame.r.y, furthest(core, frame.r.y) - frame.p) + core.radius < ground.field->floor) return false;
     if (dot(frame.r.y, centre - frame.p) >= ground.field->floor) return true;
-    // What rises from further down may reach up beside the column.
+    // A body that rises from further down may extend up beside the column.
     const Solid solid(ground);
     return convex_touch(Core3(Shape<3>(solid, ShapeTypes::first_custom), {}, *ground.core.kernels), core);
 }
@@ -93,8 +93,9 @@ double height_over(const Part<3>& ground, const Core3& core, Vec3& lowest)
     return dot(ground.normal, lowest - ground.first_corner());
 }
 
-/// A direction away from the ground that a body above it can have. Sides of steep triangles look downwards,
-/// too. What is level but for rounding comes from the side, however field and body are turned.
+/// Whether a body above the ground can have this direction away from it. Sides of steep triangles face
+/// downwards, too. A level direction, up to rounding, counts as from the side, for any rotation of field and
+/// body.
 bool comes_from_above(const Part<3>& ground, const Vec3& n)
 {
     constexpr double level = 1e-10;
@@ -145,7 +146,7 @@ void gap_around_ground(const Part<3>& ground, const Core3& body, double enough, 
         return flip(gap);
     }
     convex_gap(body, ground.core, HUGE_VAL, gap);
-    // From above the triangle is nearest, else one of the sides below it may be.
+    // From above the triangle is nearest, otherwise one of the sides below it may be.
     if (gap.distance > 0 && dot(gap.normal, ground.core.frame.r.y) > 0) {
         const Solid solid(ground);
         const Core3 core(Shape<3>(solid, ShapeTypes::first_custom), {}, *ground.core.kernels);

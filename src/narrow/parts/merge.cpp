@@ -9,14 +9,15 @@ JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 namespace {
 
-/// Of the smaller shape's reach: depths and places that differ by less are equal but for rounding.
+/// Relative to the smaller shape's reach: depths and places that differ by less count as equal.
 constexpr double rounding = 1e-9;
-/// Of the distance of the first two points: a point nearer to their line, or to their triangle, holds no
-/// body that they don't hold.
+/// Relative to the distance of the first two points: a point nearer to their line, or to their triangle, adds
+/// no support.
 constexpr double in_line = 1e-4;
 
-/// Features are numbered within an element: here within the surface. Elements are many, so the numbers are
-/// scattered over the 14 bits: those of neighbours differ, whatever the length of a surface's rows.
+/// Features are numbered within an element; this renumbers them within the surface. There are many elements,
+/// so the numbers are scattered over the 14 bits: those of neighbours differ for any length of a surface's
+/// rows.
 std::uint16_t feature_of_surface(std::uint16_t feature, std::uint32_t part)
 {
     const std::uint32_t number = (4 * part + (feature & 3u)) * 2654435761u; // Knuth, The Art III, 6.4
@@ -62,7 +63,7 @@ class Merger
         return surface_is_a_ ? one.part_b : one.part_a;
     }
 
-    /// Of the contacts of one body. Returns false if none is left.
+    /// Merges the deepest of the contacts of one body. Returns false if none is left.
     bool merge_deepest(std::size_t begin, std::size_t end)
     {
         double most = -HUGE_VAL;
@@ -91,7 +92,7 @@ class Merger
         feature = feature_of_surface(feature, surface_is_a_ ? of.part_a : of.part_b);
         points_.push_back(point);
     }
-    /// The first of the points that measures most, but for rounding.
+    /// The first of the points with the greatest measure, up to rounding.
     template <class Measure>
     std::size_t greatest(const Measure& measure)
     {
@@ -128,7 +129,7 @@ class Merger
         for (std::uint32_t i = 1; i < into.count; ++i)
             if (into.point[i].depth > into.point[0].depth) std::swap(into.point[i], into.point[0]);
     }
-    /// Adds the points beside the line of two, if they are further beside it than `near`.
+    /// Adds the points beside the line of two, if they are further from it than `near`.
     void spread_aside(const V<Dim>& first, const V<Dim>& second, double near, Manifold<Dim>& into)
     {
         const V<Dim> across = cross(into.normal, second - first);
@@ -140,7 +141,7 @@ class Merger
         const Point third = points_[greatest(aside)];
         if (!(aside(third) > near)) return;
         keep(third, into);
-        // Sides that have the triangle on their left.
+        // The sides with the triangle on their left.
         const bool left = dot(across, third.p - first) >= 0;
         const V<Dim> corner[3] = {first, left ? second : third.p, left ? third.p : second};
         V<Dim> out[3];
@@ -174,7 +175,7 @@ class Merger
     bool surface_is_a_;
     double slack_;
     SmallVector<bool, 64> is_left_;
-    SmallVector<Point, 64> points_; // of those that are alike
+    SmallVector<Point, 64> points_; // of contacts with similar normals
     SmallVector<double, 64> measured_;
 };
 

@@ -8,22 +8,22 @@ JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 namespace {
 
-/// What lies ahead of a pair on its way.
+/// The state of a moving pair, and what is known about its future.
 template <int Dim>
 struct Outlook
 {
-    Gap<Dim> gap;           ///< the least, of what may come within the tolerance; infinite if nothing may
-    double safe = HUGE_VAL; ///< for how long nothing comes nearer than half the tolerance
+    Gap<Dim> gap;           ///< the least of parts that may come within the tolerance; infinite if none may
+    double safe = HUGE_VAL; ///< the time for which nothing comes nearer than half the tolerance
 };
 
-// The points that come fastest are mostly not those that are nearest: of what may happen until a horizon so
-// many times further ahead than is known to be safe, most is safe. To look there pays where that many steps
-// haven't been enough.
+// The fastest points are mostly not the nearest ones, so most of what may happen until a horizon this many
+// times further ahead than the known safe time is safe. Looking ahead that far pays once this many steps
+// weren't enough.
 constexpr double further_ahead = 16;
 constexpr int gentle_steps = 16;
 
-/// For how long two parts surely stay further apart than half the tolerance. It looks for more than what is
-/// known at once, up to `until`.
+/// The time for which two parts certainly stay further apart than half the tolerance. It tries to extend what
+/// is known at once, up to `until`.
 template <int Dim>
 double safe_time(const Flight<Dim>& flight, const Part<Dim>& a, const Part<Dim>& b, const Gap<Dim>& gap,
                  double until)
@@ -40,18 +40,18 @@ double safe_time(const Flight<Dim>& flight, const Part<Dim>& a, const Part<Dim>&
         return safe;
     };
     double time = along(gap.normal);
-    // What slides along an element of a surface may come nearer to its end, but not to its plane.
+    // A part that slides along an element of a surface may come nearer to its end, but not to its plane.
     for (const Part<Dim>* part : {&a, &b})
         if (part->surface != Surface::none && !a.half_space && !b.half_space && time < 1)
             time = std::max(time, along(part->normal * (dot(part->normal, gap.normal) > 0 ? 1.0 : -1.0)));
     return time;
 }
 
-/// Of two meshes that are far apart many parts are safe for nearly as long. A step that is shorter than it
-/// could be needn't tell them apart: nothing is looked at that is safe for this share of the best so far.
+/// Many parts of two distant meshes are safe for nearly equally long. A step may be a bit shorter than
+/// possible, so parts that are safe for this share of the best time so far aren't tested.
 constexpr double share = 0.75;
 
-/// `now` is the pair as it is at the moment, after so many steps. Looks ahead for `time`.
+/// `now` is the present pair, after this many steps. Looks ahead for `time`.
 template <int Dim>
 Outlook<Dim> look_ahead(const Moving<Dim>& pair, const Placed<Dim>& now, double tolerance, double time,
                         int step)
@@ -104,7 +104,7 @@ Hit<Dim> find_impact(const Moving<Dim>& pair, double tolerance)
         const bool last = step == impact_steps;
         look = last ? 1 - time : std::min(look, 1 - time);
         const Outlook<Dim> outlook = look_ahead(pair, now, tolerance, look, step);
-        // Where rounding leaves nothing that parts them for certain, they can't be taken any further.
+        // If rounding leaves no certain separation, they can't be advanced any further.
         const bool near = outlook.gap.distance <= tolerance || outlook.safe <= 0;
         if (near || (last && outlook.safe < 1 - time)) {
             hit.time = time;
@@ -118,7 +118,7 @@ Hit<Dim> find_impact(const Moving<Dim>& pair, double tolerance)
             return hit;
         }
         if (last || time >= 1 || (outlook.safe == HUGE_VAL && look >= 1 - time)) break;
-        // Who is far from everything looks far ahead, who is near only at what is near.
+        // A pair far from everything looks far ahead, and a near one only at what is near.
         const double safe = std::min(outlook.safe, look), next = time + safe;
         look = 2 * safe;
         time = next >= 1 ? 1 : next > time ? next : std::nextafter(time, 2.0);

@@ -8,7 +8,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 
-/// A pair on its way: at time t in [0, 1] b is at d + t * linear from a, each turned by t * angular.
+/// A moving pair: at time t in [0, 1] b is at d + t * linear from a, each turned by t * angular.
 template <int Dim>
 struct Moving
 {
@@ -20,7 +20,7 @@ struct Moving
 template <int Dim>
 struct Hit
 {
-    double time; ///< infinite where there is none
+    double time; ///< infinite if there is none
     V<Dim> d;    ///< from a's position to b's at that time
     Gap<Dim> gap;
 };
@@ -29,7 +29,7 @@ template <int Dim>
 Hit<Dim> find_impact(const Moving<Dim>& pair, double tolerance);
 inline constexpr int impact_steps = 1000;
 
-/// Sine and cosine from sums and products alone, because the C library's differ from system to system.
+/// Sine and cosine from sums and products only, because those of C libraries differ.
 inline void sine_cosine(double angle, double& s, double& c)
 {
     constexpr double turn = 6.283185307179586;
@@ -45,7 +45,7 @@ inline void sine_cosine(double angle, double& s, double& c)
     }
 }
 
-/// A turn that goes on: rotation from the start by `angular` (radians times axis).
+/// Continues a rotation: from the start by `angular` (radians times axis).
 inline Mat3 turned(const Mat3& start, const Vec3& angular)
 {
     const double angle = length(angular);
@@ -62,8 +62,7 @@ inline Mat2 turned(const Mat2& start, double angle)
     return rotation(c, s) * start;
 }
 
-/// How an object turns: by `speed` radians about `axis` (unit; in the plane there is but one) through
-/// `centre`.
+/// The turning of an object: by `speed` radians about `axis` (unit; implicit in 2D) through `centre`.
 struct Turning3
 {
     Vec3 centre, axis;
@@ -82,21 +81,21 @@ struct Turning2
 template <int Dim>
 using Turning = std::conditional_t<Dim == 3, Turning3, Turning2>;
 
-/// How far points reach along a direction n: now, until a time `horizon`, and wherever turning takes them. A
-/// turn by t moves a point that is `arm` from the axis by at most t * arm, at right angles to the axis.
+/// The extent of points along a direction n: now, until a time `horizon`, and under any rotation. A turn by t
+/// moves a point at a distance of `arm` from the axis by at most t * arm, at right angles to the axis.
 template <int Dim>
 class Spread
 {
   public:
     double top = -HUGE_VAL, later = -HUGE_VAL, swept = -HUGE_VAL;
-    double spin = 0; ///< the most that they come further per radian
+    double spin = 0; ///< the greatest advance per radian
 
     Spread(const Turning<Dim>& turning, const V<Dim>& n, double horizon)
         : turning_(turning), n_(n), angle_(turning.speed * horizon)
     {
         if constexpr (Dim == 3) lever_ = length(cross(n, turning.axis));
     }
-    /// All within `radius` of a point. A ball turns into itself.
+    /// All points within `radius` of a point. Turning doesn't change a ball.
     void add(const V<Dim>& p, double radius = 0)
     {
         if (turning_.speed == 0) return add_height(dot(n_, p) + radius);
@@ -114,14 +113,14 @@ class Spread
         later = std::max(later, height + angle_ * arm);
         swept = std::max(swept, level + arm + radius);
     }
-    /// What lies no higher, and doesn't turn.
+    /// Points no higher than this that don't turn.
     void add_height(double height)
     {
         top = std::max(top, height);
         later = std::max(later, height);
         swept = std::max(swept, height);
     }
-    /// What lies no higher, and within `reach` of a point.
+    /// Points no higher than this and within `reach` of a point.
     void add_somewhere(double height, const V<Dim>& p, double reach)
     {
         add(p, reach);
@@ -137,13 +136,13 @@ class Spread
     double lever_ = 1;
 };
 
-/// Two objects on their way, from a moment on.
+/// Two moving objects, from a given time on.
 template <int Dim>
 struct Flight
 {
-    V<Dim> linear; ///< of b, seen from a
+    V<Dim> linear; ///< of b relative to a
     Turning<Dim> a, b;
-    double reach_a, reach_b; ///< how far from its centre anything is that turning moves
+    double reach_a, reach_b; ///< the greatest distance from the centre of points that turning moves
     double tolerance;
 
     Flight(const Moving<Dim>& pair, const Placed<Dim>& now, double near)
@@ -155,13 +154,13 @@ struct Flight
           tolerance(near)
     {
     }
-    /// How much turning can bring them nearer within that time.
+    /// How much nearer turning can bring them within that time.
     [[nodiscard]] double turn(double time) const
     {
         return std::min(a.speed * time, 2.0) * reach_a + std::min(b.speed * time, 2.0) * reach_b;
     }
-    /// For how long two convex parts that n parts (from a to b) surely stay further apart than half the
-    /// tolerance.
+    /// The time for which two convex parts separated along n (from a to b) certainly stay further apart than
+    /// half the tolerance.
     [[nodiscard]] double safe_time(const Spread<Dim>& part_a, const Spread<Dim>& part_b,
                                    const V<Dim>& n) const
     {
@@ -171,8 +170,8 @@ struct Flight
                              closing + a.speed * part_a.spin + b.speed * part_b.spin),
                         time(-part_a.swept - part_b.swept - 0.5 * tolerance, closing));
     }
-    /// The same, but no longer than the horizon of both. Each point comes further at one pace: until then
-    /// they reach no further than in between what they do now and what they may do by then.
+    /// The same, but no longer than the horizon of both. Each point advances at a constant pace, so until
+    /// then the extent is at most interpolated between the present one and the bound at the horizon.
     [[nodiscard]] double safe_time(const Spread<Dim>& part_a, const Spread<Dim>& part_b, const V<Dim>& n,
                                    double horizon) const
     {
@@ -185,7 +184,7 @@ struct Flight
   private:
     static double turned_reach(const Shape<Dim>& shape, const Turning<Dim>& turning)
     {
-        // A ball turns into itself; a half-space, which has no end, doesn't turn.
+        // Turning doesn't change a ball; a half-space, which is infinite, doesn't turn.
         return shape.type() == ShapeTypes::sphere || turning.speed == 0 ? 0 : ShapeAccess::reach(shape);
     }
 };

@@ -11,8 +11,7 @@ JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 namespace {
 
-/// One of the two that a search goes through: a mesh, whose boxes are numbered node * 8 + place, or a single
-/// part, which is box 0.
+/// One side of a search: a mesh, whose boxes are numbered node * 8 + place, or a single part, which is box 0.
 class SearchSide
 {
   public:
@@ -76,7 +75,7 @@ class SearchSide
     double radius = 0; ///< around the box
 
   private:
-    /// Where a core reaches no further than this part of its box's half diagonal, its ball is smaller.
+    /// If a core's reach is at most this fraction of its box's half diagonal, its ball is smaller.
     static constexpr double round = 0.75;
 
     [[nodiscard]] const MeshTree::Node& node(std::uint32_t at) const
@@ -91,7 +90,7 @@ class SearchSide
     OrientedBox own_;
 };
 
-/// Where a frame lies, seen from another.
+/// A frame relative to another.
 Frame<3> seen_from(const Frame<3>& other, const Frame<3>& frame)
 {
     return {{other.r.back(frame.r.x), other.r.back(frame.r.y), other.r.back(frame.r.z)},
@@ -105,23 +104,23 @@ OrientedBox box_from(OrientedBox box, const Frame<3>& there)
     return box;
 }
 
-/// Two boxes, of which one is about to be opened: its children are held against the other.
+/// Two boxes, one of which is about to be opened: its children are tested against the other.
 struct Opening
 {
     const SearchSide &open, &other;
-    bool open_b; ///< the box that is opened is b's
+    bool open_b; ///< the box to be opened is b's
     std::uint32_t at_open, at_other;
-    const Frame<3>& there;       ///< the other's frame, seen from that of the one that is opened
-    const OrientedBox& part_box; ///< of a single part, as the mesh sees it
+    const Frame<3>& there;       ///< the other's frame, relative to that of the box to be opened
+    const OrientedBox& part_box; ///< of a single part, in the mesh's frame
 
     [[nodiscard]] const BoxRows& rows() const { return open.node_below(at_open).boxes; }
-    /// Calls use(box) with the other box, as the one that is opened sees it.
+    /// Calls use(box) with the other box in the frame of the opened one.
     template <class Use>
     auto with_other_box(const Use& use) const
     {
         return other.is_part() ? use(part_box) : use(box_from(other.box(at_other), there));
     }
-    /// As the kernel `bounds`.
+    /// Like the kernel `bounds`.
     std::uint32_t bounds(const Kernels& kernels, double limit, double (&key)[BoxRows::size]) const
     {
         if (!other.is_half_space())
@@ -162,7 +161,7 @@ struct Opening
     }
 };
 
-/// Looks at pairs of leaves, the most promising ones of a neighbourhood first. `judge` says what is
+/// Visits pairs of leaves, the most promising ones of a neighbourhood first. `judge` decides what is
 /// promising:
 ///   keys(opening, key): of the other box and each of those within the opened one; returns the bits of those
 ///     that aren't excluded;
@@ -235,20 +234,20 @@ void for_each_side_pair(const Placed<3>& pair, const Range<3>& range, const Visi
                   });
 }
 
-/// Where the tests of parts and the bounds of boxes may differ by rounding: the tests call a gap of less than
-/// a billionth of the parts' size a touch.
+/// How much the tests of parts and the bounds of boxes may differ: the tests call a gap of less than a
+/// billionth of the parts' size a touch.
 double rounding_of(const Placed<3>& pair)
 {
-    double size = 1e-90; // the squares of lengths below that are lost
+    double size = 1e-90; // the squares of smaller lengths underflow
     size += length(pair.d);
     for (const Shape<3>* shape : {pair.a, pair.b})
         if (const double reach = ShapeAccess::reach(*shape); reach < HUGE_VAL) size += reach;
     return 4e-9 * size;
 }
-/// A user's shape, known by its support points, overlaps by a little more than what is found.
+/// A custom shape, known by its support points, overlaps by a little more than what is found.
 constexpr double deeper = 1.02;
 
-/// Two sides and what is asked of them.
+/// Two sides and the query about them.
 struct Judge
 {
     const SearchSide &a, &b;
@@ -264,7 +263,7 @@ struct Judge
             });
         });
     }
-    /// Parts in boxes with a greater key are further from each other than `limit`.
+    /// Parts in boxes with a greater key are further apart than `limit`.
     [[nodiscard]] double key_within(double limit) const
     {
         const double more = limit + rounding;
@@ -297,7 +296,7 @@ struct Near : Judge
     }
 };
 
-/// The nearest parts so far; what is further away than `limit` doesn't count.
+/// The nearest parts so far; parts further apart than `limit` don't count.
 struct Least
 {
     double limit;
@@ -358,14 +357,14 @@ struct AnyTouch : Judge
     }
 };
 
-/// A ball around what is in a box, and how far turning moves that.
+/// A ball around the contents of a box, and how far turning moves it.
 struct Turned
 {
     Vec3 centre;
     double reach;     ///< of the ball
-    double spin = 0;  ///< the most that its centre comes further along n per radian
-    double lever = 0; ///< how much of a turn's motion can be along n
-    double swept;     ///< how far turning takes anything along n
+    double spin = 0;  ///< the greatest advance of its centre along n per radian
+    double lever = 0; ///< the share of a turn's motion that can be along n
+    double swept;     ///< the greatest extent along n under any turn
 
     Turned(const Vec3& middle, double ball, const Turning<3>& turning, const Vec3& n)
         : centre(middle), reach(ball), swept(dot(n, middle) + ball)
@@ -378,8 +377,8 @@ struct Turned
     }
 };
 
-/// Parts that may come nearer than half the tolerance before the range's time is over, soonest first as far
-/// as boxes tell.
+/// Parts that may come nearer than half the tolerance within the range's time, soonest first according to the
+/// boxes.
 struct Approaching : Judge
 {
     const Flight<3>& flight;
@@ -414,7 +413,8 @@ struct Approaching : Judge
     void visit(std::uint32_t at_a, std::uint32_t at_b) { with_parts(at_a, at_b, visit_parts); }
 
   private:
-    /// For how long what is in two boxes surely stays apart: they are by `distance` along n, from a to b.
+    /// The time for which the contents of two boxes, separated by `distance` along n from a to b, certainly
+    /// stay apart.
     [[nodiscard]] double safe_time(const Opening& opening, std::uint32_t i, double distance,
                                    const Vec3& n) const
     {

@@ -13,17 +13,17 @@ JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 namespace {
 
-/// Positions are within `longest`: from each other they are within this, or one is infinite.
+/// Positions are within `longest`, so their distances are within this, or one is infinite.
 constexpr double farthest = 10 * longest;
 /// Contacts whose normals are within 25 degrees of each other push the same way.
 constexpr double same_direction = 0.9;
-/// ... as far, but for 1 percent, as the overlap goes.
+/// ... as far, within 1 percent, as the overlap.
 constexpr double as_far = 0.99;
 /// Contacts whose normals are within 75 degrees of each other push to the same side of a surface.
 constexpr double same_side = 0.25;
 
-/// Takes the contacts of a pair's parts, and of those that aren't sure what each body needs: a body is the
-/// whole of a shape or one child.
+/// Collects the contacts of a pair's parts, and of the uncertain ones those that each body needs. A body is a
+/// whole shape or one child.
 template <int Dim>
 class Collector
 {
@@ -55,7 +55,7 @@ class Collector
     }
 
   private:
-    /// Which way contacts that are sure push a body.
+    /// The directions in which certain contacts push a body.
     struct Push
     {
         V<Dim> normal;
@@ -65,8 +65,8 @@ class Collector
     {
         return a_is_body_ ? one.part_a : one.part_b;
     }
-    /// A body is on one side of what it touches. Where the surface goes on, a part of it doesn't know which:
-    /// contacts that are sure do, else most of the body is there.
+    /// A body is on one side of what it touches. Where the surface continues, a part of it can't tell which:
+    /// certain contacts decide, otherwise the side of most of the body.
     void choose_sides()
     {
         SmallVector<Push, 8> pushes;
@@ -135,7 +135,7 @@ class Collector
     SmallVector<Found<Dim>, 4> unsure_;
 };
 
-/// A capsule, or a sphere: which way that is turned doesn't matter.
+/// A capsule, or a sphere, whose rotation doesn't matter.
 Round round_of(const Shape<3>& shape, const Mat3& turn)
 {
     return {shape.type() == ShapeTypes::capsule ? turn.y : Vec3{0, 1, 0}, shape.size()[1], shape.radius()};
@@ -150,7 +150,7 @@ bool has_short_way(const Placed<3>& pair)
 {
     return is_simple(pair.b->type()) || is_ball_on_round(pair);
 }
-/// A polygon, segment or point, perhaps with a radius: a shape of one part, none of it smooth.
+/// A polygon, segment or point, perhaps with a radius: a shape of one part that isn't smooth.
 bool is_polygon(const Shape<2>& shape)
 {
     const Kind kind = kind_of(shape);
@@ -166,7 +166,7 @@ struct Polygons
     Core2 a, b;
     explicit Polygons(const Placed<2>& pair) : a(*pair.a, {pair.ra, {}}), b(*pair.b, {pair.rb, pair.d}) {}
 };
-/// The same of whether they touch: a ball on a cylinder or cone has none.
+/// The same for touching: a ball on a cylinder or cone has no special case.
 bool has_short_touch(const Placed<3>& pair)
 {
     return is_simple(pair.b->type());
@@ -175,7 +175,7 @@ bool has_short_touch(const Placed<2>& pair)
 {
     return has_short_way(pair);
 }
-/// The short ways, for the shapes that have one.
+/// The special cases, for the shapes that have one.
 Verdict simple_contact(const Placed<3>& pair, double margin, Manifold<3>& manifold)
 {
     const Shape<3>&a = *pair.a, &b = *pair.b;
@@ -208,7 +208,7 @@ Verdict simple_contact(const Placed<2>& pair, double margin, Manifold<2>& manifo
     const Polygons polygons(pair);
     return convex_contact(polygons.a, polygons.b, margin, manifold) ? Verdict::touch : Verdict::apart;
 }
-/// Whether there would be a contact without a margin; unclear where that has to be found to say so.
+/// Whether there would be a contact without a margin; unclear if that requires finding it.
 Verdict simple_touch(const Placed<3>& pair)
 {
     const Shape<3>&a = *pair.a, &b = *pair.b;
@@ -304,7 +304,7 @@ bool find_touch(const Placed<Dim>& pair)
     for_each_part_pair(pair, range,
                        [&](std::uint32_t, const Part<Dim>& a, std::uint32_t, const Part<Dim>& b) {
                            touch = touch || part_touch(a, b);
-                           if (touch) range.reach = -HUGE_VAL; // nothing is within that: the search ends
+                           if (touch) range.reach = -HUGE_VAL; // nothing is within that, so the search ends
                        });
     return touch;
 }
@@ -332,9 +332,9 @@ void find_gap(const Placed<Dim>& pair, double enough, Gap<Dim>& best)
         pair, range,
         [&](std::uint32_t number_a, const Part<Dim>& a, std::uint32_t number_b, const Part<Dim>& b) {
             Gap<Dim> gap;
-            part_gap(a, b, range.reach * (1 + 1e-9), gap); // not to lose one that is as near
+            part_gap(a, b, range.reach * (1 + 1e-9), gap); // so as not to lose an equally near one
             if (!(gap.distance <= range.reach && gap.distance <= best.distance)) return;
-            // Of equally near children the first ones count, in whatever order they come.
+            // Of equally near children the first ones count, whatever the order of visits.
             const bool earlier = number_a != best_a ? by_a && number_a < best_a : by_b && number_b < best_b;
             if (gap.distance == best.distance && !earlier) return;
             best = gap;

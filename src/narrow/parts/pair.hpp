@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One pair of any two shapes: the order in which it is computed, and what is found.
+// One pair of any two shapes: the order in which it is computed, and its results.
 #pragma once
 
 #include <memory_resource>
@@ -13,7 +13,8 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 
-/// A pair as the tests see it: all positions counted from a's, so that nothing is lost far from the origin.
+/// A pair in the form for tests: all positions are relative to a's, so that nothing is lost far from the
+/// origin.
 template <int Dim>
 struct Placed
 {
@@ -31,26 +32,26 @@ struct Placed
     }
 };
 
-/// Puts a pair into the order in which it is computed, whatever order it came in: by type, then by position,
-/// rotation and size. Returns whether a and b were swapped.
+/// Arranges a pair in the order in which it is computed, independent of the order given: by type, then by
+/// position, rotation and size. Returns whether a and b were swapped.
 template <int Dim>
 bool arrange(Placed<Dim>& pair);
-/// The same, but if the two types differ, the type `first` comes first.
+/// The same, but if the types differ, the type `first` comes first.
 template <int Dim>
 bool arrange(Placed<Dim>& pair, ShapeType first);
 
-/// What two parts say of their contact. One part of a surface can't always know which of them has it.
+/// The answer of two parts about their contact. A part of a surface can't always know which part has it.
 enum class Answer : std::uint8_t
 {
     none,
     contact,
-    /// The surface goes on beyond this part towards the body: a contact along the part's own normal, on the
-    /// side that others may know better.
+    /// The surface continues beyond this part towards the body: a contact along the part's own normal, on a
+    /// side that other contacts may know better.
     over,
-    /// The body has come through the surface and its end isn't over this part: a contact unless others push
+    /// The body has passed through the surface and its end isn't over this part: a contact unless others push
     /// it out that way.
     spare,
-    /// A neighbour is nearer and should have the contact: this is one if the body has none at all.
+    /// A neighbour is nearer and should have the contact; this one counts if the body has none.
     last
 };
 
@@ -60,8 +61,8 @@ struct Found
     Found() {} // not = default, which would zero 200 bytes in emplace_back()
     Manifold<Dim> manifold;
     std::uint32_t part_a = 0, part_b = 0;
-    Answer answer = Answer::contact; ///< other than that only until all parts have been tested
-    double gap = 0;                  ///< how far apart the parts are, where the answer isn't sure
+    Answer answer = Answer::contact; ///< another value only until all parts have been tested
+    double gap = 0;                  ///< the distance of the parts, if the answer isn't certain
 };
 template <int Dim>
 using FoundList = std::pmr::vector<Found<Dim>>;
@@ -76,8 +77,8 @@ void find_contacts_generally(const Placed<Dim>& pair, double margin, FoundList<D
 template <int Dim>
 void find_gap(const Placed<Dim>& pair, double enough, Gap<Dim>& gap);
 
-/// From one position to another one. No coordinate is -0: that would depend on which comes first, and the
-/// sign of a zero decides which of two sides or corners is looked at.
+/// The vector from one position to another. No coordinate is -0: that would depend on which comes first, and
+/// the sign of a zero decides which of two sides or corners is tested.
 template <int Dim, class T>
 V<Dim> from_to(const Pose<Dim, T>& a, const Pose<Dim, T>& b)
 {
@@ -94,7 +95,7 @@ Placed<Dim> place(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<D
 template <int Dim>
 bool find_touch(const Placed<Dim>& pair);
 
-/// Shapes whose balls don't meet aren't looked at: differences that overflow end here.
+/// Shapes whose balls don't meet aren't tested; differences that overflow end here.
 template <int Dim>
 bool within_reach(const Placed<Dim>& pair, double margin)
 {
@@ -102,11 +103,11 @@ bool within_reach(const Placed<Dim>& pair, double margin)
     return length2(pair.d) <= reach * reach * (1 + 1e-14);
 }
 
-/// From the frame of an arranged pair to the user's.
+/// Converts from the frame of an arranged pair to the user's.
 template <int Dim, class T>
 void finish(const Manifold<Dim>& manifold, const V<Dim>& d, bool swapped, Contact<Dim, T>& contact)
 {
-    store(manifold.normal * (swapped ? -1.0 : 1.0), contact.normal); // which is hard to predict: no branch
+    store(manifold.normal * (swapped ? -1.0 : 1.0), contact.normal); // hard to predict, so no branch
     contact.count = manifold.count;
     for (std::uint32_t i = 0; i < manifold.count; ++i) {
         const ManifoldPoint<Dim>& from = manifold.point[i];
@@ -118,7 +119,7 @@ void finish(const Manifold<Dim>& manifold, const V<Dim>& d, bool swapped, Contac
         to.feature = swapped ? fb | fa << 16 : fa | fb << 16;
     }
 }
-/// Its deepest point, which is the first.
+/// Only its deepest point, which is the first.
 template <int Dim, class T>
 void finish(const Manifold<Dim>& manifold, const V<Dim>& d, bool swapped, PointContact<Dim, T>& contact)
 {
@@ -137,7 +138,7 @@ void finish(const Found<Dim>& found, const V<Dim>& d, bool swapped, Made& contac
     contact.part_b = swapped ? found.part_a : found.part_b;
     finish(found.manifold, d, swapped, contact);
 }
-/// By the user's (part_a, part_b), of which no two contacts have the same.
+/// Ordered by the user's (part_a, part_b), which are unique for each contact.
 template <int Dim>
 void sort_parts(FoundList<Dim>& found, bool swapped)
 {

@@ -14,7 +14,7 @@ bool is_smooth(const Part<2>& part)
 {
     return !part.half_space && part.core.is_smooth();
 }
-/// In the plane a smooth shape is refined to a polygon for each other shape that it meets.
+/// In 2D a smooth shape is refined to a polygon for each other shape that it meets.
 bool wants_refining(const Part<2>& a, const Part<2>& b)
 {
     return !a.half_space && !b.half_space && (is_smooth(a) || is_smooth(b));
@@ -156,7 +156,7 @@ Region<2> region_of(const Part<2>& part, const Frame<2>& frame)
     Region<2> region{{HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL}};
     const Core2& core = part.core;
     const double grow = core.radius + 1e-14 * (core.reach + core.radius + length(frame.p));
-    if (core.is_smooth()) { // it reaches further than its corners
+    if (core.is_smooth()) { // it extends beyond its corners
         const Vec2 axes[2] = {frame.r * Vec2{1, 0}, frame.r * Vec2{0, 1}};
         for (int d = 0; d < 2; ++d) {
             const double shift = dot(axes[d], frame.p);

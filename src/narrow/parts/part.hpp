@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Shapes consist of parts: a convex shape or half-space of itself, a mesh of its triangles, a compound of its
-// children. Contacts, gaps and impacts of shapes are combined from those of their parts.
+// Shapes consist of parts: a convex shape or half-space is one part, a mesh consists of its triangles, a
+// compound of its children. Contacts, gaps and impacts of shapes are combined from those of their parts.
 #pragma once
 
 #include "narrow/convex/convex2.hpp"
@@ -16,11 +16,11 @@ namespace narrow {
 enum class Surface : std::uint8_t
 {
     none,  ///< a solid
-    sheet, ///< an element of a mesh: two sides, goes on beyond its ends
+    sheet, ///< an element of a mesh: two sides, continues beyond its ends
     ground ///< a triangle of a height field: solid below
 };
 
-/// One convex piece of a shape, seen from a's position.
+/// One convex piece of a shape, relative to a's position.
 template <int Dim>
 struct Part;
 
@@ -35,7 +35,7 @@ struct Part<3>
         normal = frame.r * load(ShapeAccess::size(shape));
         offset = shape.offset() + dot(normal, frame.p);
     }
-    /// A triangle of a surface, or where it has no area the segment or point that it is.
+    /// A triangle of a surface, or a segment or point if it has no area.
     template <class Data>
     Part(const Data& data, const Mesh<3>::Element& corners, const Frame<3>& frame, const Kernels& kernels)
         : core(data.vertex(corners[0]), data.vertex(corners[1]), data.vertex(corners[2]), frame, kernels),
@@ -83,7 +83,7 @@ struct Part<2>
         normal = where.r * load(ShapeAccess::size(shape));
         offset = shape.offset() + dot(normal, where.p);
     }
-    /// A segment of a chain, or where it has no length a point.
+    /// A segment of a chain, or a point if it has no length.
     Part(const MeshData<2>& data, const Mesh<2>::Element& ends, const Frame<2>& where, const Kernels&)
         : core(0, 0, where), mesh(&data), number(ends)
     {
@@ -110,16 +110,16 @@ struct Part<2>
     Mesh<2>::Element number{}; ///< of a segment's ends
 };
 
-/// The contact of two parts. `gap` is set where the answer isn't sure: how far apart the parts are.
+/// The contact of two parts. If the answer isn't certain, `gap` is set to the distance of the parts.
 template <int Dim>
 Answer part_contact(const Part<Dim>& a, const Part<Dim>& b, double margin, Manifold<Dim>& manifold,
                     double& gap);
-/// For a contact along the normal of an element whose surface goes on, or what of it is spare: the same on
-/// its other side if the body is `known` to be there, else if most of the body is there.
+/// For a contact along the normal of an element whose surface continues, or a spare one: the same on its
+/// other side if the body is `known` to be there, or else if most of the body is there.
 template <int Dim>
 Answer part_contact_behind(const Part<Dim>& a, const Part<Dim>& b, bool known, double margin,
                            Manifold<Dim>& manifold, Answer answer);
-/// Their signed distance; infinite where it is more than `enough`, or where the two can't touch.
+/// Their signed distance; infinite if it is more than `enough`, or if the two can't touch.
 template <int Dim>
 void part_gap(const Part<Dim>& a, const Part<Dim>& b, double enough, Gap<Dim>& gap);
 template <>
@@ -133,14 +133,14 @@ template <>
 bool part_touch(const Part<2>& a, const Part<2>& b);
 template <>
 bool part_touch(const Part<3>& a, const Part<3>& b);
-/// How far parts are from each other, whichever side they come from: the ground has sides and an underside.
+/// The distance of parts from any side: the ground has sides and an underside.
 template <int Dim>
 void moving_gap(const Part<Dim>& a, const Part<Dim>& b, double enough, Gap<Dim>& gap);
-/// How far a part that turns reaches along n while it meets `other`.
+/// The extent along n of a turning part while it meets `other`.
 template <int Dim>
 Spread<Dim> spread_of(const Part<Dim>& part, const Part<Dim>& other, const Turning<Dim>& turning,
                       const V<Dim>& n, double horizon);
-/// Where `part` is, and the ground below it, in the local axes of `frame`.
+/// The box of `part`, and of the ground below it, in the local axes of `frame`.
 Region<2> region_of(const Part<2>& part, const Frame<2>& frame);
 Region<3> region_of(const Part<3>& part, const Frame<3>& frame);
 

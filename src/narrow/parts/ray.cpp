@@ -7,7 +7,7 @@ JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 namespace {
 
-/// A line in a shape's local axes, and what it has met so far.
+/// A line in a shape's local axes, and its first hit so far.
 template <int Dim>
 class Caster
 {
@@ -15,14 +15,14 @@ class Caster
     Caster(const Line<Dim>& line, const Kernels& kernels) : line_(line), kernels_(kernels) {}
 
     Strike<Dim> best; ///< in local axes
-    /// Meets a shape, as a part of that number.
+    /// Tests a shape, as part `part`.
     void meet(const Shape<Dim>& shape, std::uint32_t part);
 
   private:
     [[nodiscard]] V<Dim> at(double t) const { return line_.origin + line_.way * t; }
-    /// How far it goes until something else is nearer.
+    /// The distance up to which it is tested: that of the nearest hit so far.
     [[nodiscard]] double limit() const { return std::min(line_.most, best.at); }
-    /// What heights over a shape's planes are wrong by, all along the way to it.
+    /// The error of heights over a shape's planes, all along the way to it.
     [[nodiscard]] double rounding_at(const Shape<Dim>& shape) const
     {
         return 4e-15 * (length(line_.origin) + ShapeAccess::reach(shape));
@@ -53,11 +53,11 @@ class Caster
     const Kernels& kernels_;
 };
 
-/// Half-spaces whose common part is met: when the line is inside of all of them.
+/// The intersection of half-spaces: when the line is inside all of them.
 struct Inside
 {
     double enter = 0, leave = HUGE_VAL;
-    int through = -1; ///< the one through which it comes in; none if it begins inside
+    int through = -1; ///< the one through which it enters; none if it begins inside
 
     /// The side is where `height` + t * `rise` <= 0. Returns false once nothing is left.
     bool cut(int side, double height, double rise)
@@ -125,7 +125,7 @@ void Caster<Dim>::meet_capsule(double half_length, double radius, std::uint32_t 
     if (speed > 0) {
         const double nearest = -dot(from, way) / speed;
         const double room = (radius * radius - length2(from + way * nearest)) / speed;
-        if (!(room >= 0)) return; // the line passes by, and the ends as well
+        if (!(room >= 0)) return; // the line misses the side, and the ends as well
         const double t = nearest - std::sqrt(room);
         if (t >= 0 && std::abs(along + line_.way[1] * t) <= half_length) {
             const V<Dim> out = from + way * t;
@@ -154,7 +154,7 @@ void Caster<Dim>::meet_cylinder(double half_length, double radius, std::uint32_t
         const double room = (radius * radius - length2(from + way * nearest)) / speed;
         if (!(room >= 0) && !within) return;
         const double half = std::sqrt(std::max(0.0, room));
-        // Who is within by the distance is so whatever the root says.
+        // A point that is inside by its distance is inside, whatever the root.
         inside.between(side, within ? -HUGE_VAL : nearest - half,
                        within ? std::max(0.0, nearest + half) : nearest + half);
         if (!inside.any()) return;
@@ -173,7 +173,7 @@ void Caster<Dim>::meet_cylinder(double half_length, double radius, std::uint32_t
     hit(inside.enter, normal, part);
 }
 
-/// In axes in which it is a ball of radius 1.
+/// In axes in which it is a unit ball.
 template <int Dim>
 void Caster<Dim>::meet_ellipsoid(const Shape<Dim>& shape, std::uint32_t part)
 {
@@ -219,7 +219,7 @@ void Caster<Dim>::meet_half_space(const V<Dim>& normal, double offset, std::uint
     hit(inside.enter, normal, part);
 }
 
-/// Where a point that moves along the line first touches a convex shape: as in cast.cpp.
+/// The first touch of a point that moves along the line with a convex shape, as in cast.cpp.
 template <int Dim>
 void Caster<Dim>::meet_by_distance(const Shape<Dim>& shape, std::uint32_t part)
 {
@@ -234,8 +234,8 @@ void Caster<Dim>::meet_by_distance(const Shape<Dim>& shape, std::uint32_t part)
         if (gap.distance > 0) {
             const double closing = dot(gap.normal, line_.way);
             if (!(closing > 0)) {
-                // What is as thin as rounding is gone through, and on its rim the normal is noise: the side
-                // that led here is met.
+                // Shapes as thin as rounding errors are passed through, and on their rim the normal is noise:
+                // the side that led here is hit.
                 if (step > 0 && gap.distance <= rounding_at(shape)) hit(t, normal, part);
                 return;
             }
@@ -252,7 +252,8 @@ void Caster<Dim>::meet_by_distance(const Shape<Dim>& shape, std::uint32_t part)
     }
 }
 
-/// The faces of a polyhedron, and whether a point in the plane of one is within its border or this near.
+/// The faces of a polyhedron, and whether a point in the plane of one is inside its border or within `near`
+/// of it.
 struct HullFaces
 {
     const HullData<3>& data;
@@ -266,7 +267,7 @@ struct HullFaces
     }
     [[nodiscard]] bool holds(std::uint32_t f, const Vec3& p, double near) const
     {
-        const Vec3 n = hull.normal(f); // seen along the axis that it is nearest to
+        const Vec3 n = hull.normal(f); // projected along the axis nearest to it
         int along = std::abs(n.x) > std::abs(n.y) ? 0 : 1;
         if (std::abs(n.z) > std::abs(n[along])) along = 2;
         const int u = n[along] > 0 ? (along + 1) % 3 : (along + 2) % 3, v = 3 - along - u;
@@ -284,7 +285,7 @@ struct HullFaces
             hi = {std::max(hi.x, to.x), std::max(hi.y, to.y)};
             from = to;
         }
-        // Past the tip of a face as thin as that, no side says no.
+        // Past the tip of a face this thin, no side excludes the point.
         return all && at.x >= lo.x - near && at.y >= lo.y - near && at.x <= hi.x + near &&
                at.y <= hi.y + near;
     }
@@ -307,15 +308,15 @@ struct PolygonSides
     }
 };
 
-/// Clips the line to the half-spaces of a hull's sides. These reach past the hull where it is nearly flat:
-/// two of them meet at a rim at an angle so small that rounding, or faces that were merged, decide where. So
-/// if the hull has a sharp rim, the line has to come in through the side itself, and where it begins inside
-/// also go out through one. Where it doesn't, distances decide.
+/// Clips the line to the half-spaces of a hull's sides. These extend past a nearly flat hull: two of them
+/// meet at a rim at an angle so small that rounding, or merged faces, determine where. So if the hull has a
+/// sharp rim, the line must enter through a side itself, and also leave through one if it begins inside. If
+/// it doesn't, distances decide.
 template <int Dim>
 template <class Hull>
 void Caster<Dim>::meet_sides(const Hull& hull, const Shape<Dim>& shape, std::uint32_t part)
 {
-    // A line that meets the hull meets all half-spaces that are grown by rounding.
+    // A line that meets the hull meets all half-spaces enlarged by rounding.
     const double rounding = rounding_at(shape);
     Inside inside;
     inside.enter = -HUGE_VAL;
@@ -348,7 +349,7 @@ template <int Dim>
 void Caster<Dim>::meet_hull(const Shape<Dim>& shape, std::uint32_t part)
 {
     const HullData<Dim>& data = ShapeAccess::data<HullData<Dim>>(shape);
-    if constexpr (Dim == 3) { // what is flat, straight or a point has no half-spaces
+    if constexpr (Dim == 3) { // flat or straight hulls and points have no half-spaces
         data.polytope.offset == nullptr ? meet_by_distance(shape, part)
                                         : meet_sides(HullFaces{data}, shape, part);
     } else {
@@ -356,8 +357,8 @@ void Caster<Dim>::meet_hull(const Shape<Dim>& shape, std::uint32_t part)
     }
 }
 
-/// Triangles as a line sees them: sheared so that it runs along an axis. What two triangles share is seen
-/// alike by both, so that no line slips through between them. Source: Woop, Benthin, Wald 2013.
+/// Triangles seen along a line: sheared so that it runs along an axis. Two triangles compute the same for a
+/// shared edge, so no line slips through between them. Source: Woop, Benthin, Wald 2013.
 class Sheared
 {
   public:
@@ -371,7 +372,7 @@ class Sheared
         shear_y_ = line.way[y_] / line.way[z_];
         scale_ = 1 / line.way[z_];
     }
-    /// Returns where the line's whole meets a triangle; NaN: nowhere.
+    /// Returns where the infinite line meets a triangle; NaN if nowhere.
     [[nodiscard]] double meet(const Vec3& a, const Vec3& b, const Vec3& c) const
     {
         const Vec3 p = seen(a), q = seen(b), r = seen(c);
@@ -396,7 +397,7 @@ class Sheared
 struct Chain
 {
     explicit Chain(const Line<2>& line) : line_(line) {}
-    /// Where the line's whole meets a segment, at the latest if it runs along it; NaN: nowhere.
+    /// Where the infinite line meets a segment, the last place if it runs along it; NaN if nowhere.
     [[nodiscard]] double meet(const Vec2& a, const Vec2& b) const
     {
         const Vec2 p = a - line_.origin, q = b - line_.origin;
@@ -414,8 +415,7 @@ struct Chain
     const Line<2>& line_;
 };
 
-/// Visits leaves that the line meets, if they are bigger by `grow`, and no later than anything else: nearest
-/// first.
+/// Visits the leaves, enlarged by `grow`, that the line meets no later than its nearest hit, nearest first.
 template <int Dim>
 template <class Visit>
 void Caster<Dim>::for_each_leaf_on_line(const std::vector<TreeNode>& nodes, double grow,
@@ -424,7 +424,7 @@ void Caster<Dim>::for_each_leaf_on_line(const std::vector<TreeNode>& nodes, doub
     double inverse[Dim];
     for (int d = 0; d < Dim; ++d)
         inverse[d] = line_.way[d] == 0 ? 0 : 1 / line_.way[d];
-    /// When the line comes into a box; no number: not, or too late.
+    /// When the line enters a box; NaN if it doesn't, or too late.
     const auto enters = [&](const TreeNode& node) {
         double enter = 0, leave = limit();
         for (int d = 0; d < Dim; ++d) {
@@ -446,7 +446,7 @@ template <int Dim>
 void Caster<Dim>::meet_mesh(const MeshData<Dim>& mesh)
 {
     const std::conditional_t<Dim == 3, Sheared, Chain> seen(line_);
-    // What rounds in a triangle's test: a box is met a little before and beside it.
+    // A tolerance for the rounding of a triangle's test: boxes count as slightly larger.
     double size = 0;
     for (int d = 0; d < Dim; ++d)
         size = std::max(size, std::max(std::abs(line_.origin[d]), std::max(std::abs(mesh.nodes[0].lo[d]),
@@ -475,8 +475,8 @@ void Caster<Dim>::meet_mesh(const MeshData<Dim>& mesh)
     });
 }
 
-/// The ground below each triangle is a prism. Sides that two prisms share are no surface: a line that seems
-/// to come in through one has come through the edge above it.
+/// The ground below each triangle is a prism. Sides shared by two prisms are no surface: a line that seems to
+/// enter through one has passed the edge above it.
 template <int Dim>
 void Caster<Dim>::meet_heights(const HeightData& field)
 {
@@ -501,7 +501,7 @@ void Caster<Dim>::meet_heights(const HeightData& field)
             Vec3 out[3];
             for (std::size_t i = 0; i < 3; ++i) {
                 const std::size_t after = i == 2 ? 0 : i + 1;
-                // Whichever triangle asks, a side's two corners come in one order.
+                // A side's two corners come in one order, for either triangle.
                 const bool ordered = corners[i] < corners[after];
                 const Vec3 &p = corner[ordered ? i : after], &q = corner[ordered ? after : i];
                 const double sign = ordered ? turn : -turn;
@@ -592,8 +592,8 @@ template <int Dim>
 Strike<Dim> find_strike(const Shape<Dim>& shape, const M<Dim>& turn, const Line<Dim>& line,
                         const Kernels& kernels)
 {
-    // Only what is within the shape's ball is looked at: no length is infinite. From far away the line begins
-    // there, so that nothing is lost in squares.
+    // Only the part of the line in the shape's ball is tested, so no length is infinite. From far away the
+    // line begins there, so that squares lose no digits.
     Line<Dim> near = line;
     double skipped = 0;
     if (const double reach = ShapeAccess::reach(shape); reach < HUGE_VAL) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Rays against shapes: closed forms in a shape's local axes, and trees for shapes that have parts.
+// Rays against shapes: closed forms in a shape's local axes, and trees for shapes with parts.
 #pragma once
 
 #include "narrow/kernels/kernels.hpp"
@@ -24,7 +24,7 @@ struct Strike
     std::uint32_t part = 0;
 };
 
-/// The line is seen from the shape's position.
+/// The line is relative to the shape's position.
 template <int Dim>
 Strike<Dim> find_strike(const Shape<Dim>& shape, const M<Dim>& turn, const Line<Dim>& line,
                         const Kernels& kernels);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which parts of a shape come near enough to another shape to be tested.
+// Selects the parts of a shape that come near enough to another shape to be tested.
 #pragma once
 
 #include <limits>
@@ -9,18 +9,17 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 
-/// How near parts must be to be tested: within `reach` of each other at some moment while b moves for
-/// `time`.
+/// How near parts must be to be tested: within `reach` of each other at some time while b moves for `time`.
 template <int Dim>
 struct Range
 {
     double reach;
     V<Dim> linear = {};
     double time = 0;
-    bool nearest_first = false; ///< in which order a compound's children come; else by their numbers
+    bool nearest_first = false; ///< the order of a compound's children; otherwise by their numbers
 };
-/// A box in a shape's local axes: where the other shape is, and how it moves. What doesn't move lies within a
-/// ball, too.
+/// A box in a shape's local axes around the other shape, and its motion. If it doesn't move, it is also
+/// within a ball.
 template <int Dim>
 struct Region
 {
@@ -29,7 +28,7 @@ struct Region
     V<Dim> middle = {}; ///< of the ball
     double ball = HUGE_VAL;
 
-    /// The box around its whole way.
+    /// The box around its whole path.
     [[nodiscard]] Region swept(double time) const
     {
         Region all = *this;
@@ -43,7 +42,7 @@ struct Region
     [[nodiscard]] bool meets(const double* lo2, const double* hi2, const Range<Dim>& range) const
     {
         if (range.time > 0) return meets_on_its_way(lo2, hi2, range);
-        int apart = 0; // which is hard to predict: no branches
+        int apart = 0; // hard to predict, so no branches
         for (int d = 0; d < Dim; ++d)
             apart |= int{lo2[d] > hi[d] + range.reach} | int{lo[d] > hi2[d] + range.reach};
         return apart == 0;
@@ -58,7 +57,7 @@ struct Region
         }
         return !(square > (ball + reach) * (ball + reach));
     }
-    /// How far a box is away; below 0 if they overlap, by no more than that.
+    /// The distance of a box; negative if they overlap, by no more than that.
     [[nodiscard]] double gap(const double* lo2, const double* hi2) const
     {
         double most = -HUGE_VAL, square = 0;
@@ -97,7 +96,7 @@ double with_rounding(double ball, const Vector& middle)
 {
     return ball + 4e-9 * (ball + length(middle));
 }
-/// As far as numbers go, but not infinite: a reach may be, and infinity less infinity is no number.
+/// As large as possible, but not infinite: a reach may be, and infinity minus infinity is NaN.
 template <int Dim>
 Region<Dim> everywhere()
 {

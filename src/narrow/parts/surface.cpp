@@ -10,15 +10,15 @@ JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 namespace {
 
-/// Higher by less than this part of an element's size is level.
+/// Higher by less than this fraction of an element's size counts as level.
 constexpr double level = 1e-6;
-/// What bends away by more than 30 degrees is steep. `cosine_of_30` errs to where everybody is asked.
+/// A bend of more than 30 degrees is steep. `cosine_of_30` errs towards asking all elements.
 constexpr double cosine_of_30 = 0.87, cosine2_of_30 = 0.75, sine2_of_30 = 0.25;
-/// A normal less than 30 degrees from an element's plane met it edgewise: this is the cosine to its normal.
+/// A normal less than 30 degrees from an element's plane meets it edgewise: this is the cosine to its normal.
 constexpr double edgewise = 0.5;
 
-/// What is off a line or plane by less than this part of a triangle's longest side is on it: floats keep
-/// no more some hundred sides away from the origin.
+/// A point off a line or plane by less than this fraction of a triangle's longest side is on it: floats have
+/// no more precision some hundred sides away from the origin.
 constexpr double straight = 1e-5;
 /// The sine of the angle between planes that count as one.
 constexpr double same_plane = 1e-3;
@@ -31,12 +31,12 @@ bool leads_along(const Vector& d, const Vector& n)
     return along > 0 && along * along > 1e-12 * length2(d);
 }
 
-/// What a surface does beyond the side or corner of its element that lies highest along some direction.
+/// What a surface does beyond the highest side or corner of its element along some direction.
 enum class Beyond : std::uint8_t
 {
-    nothing, ///< it ends there or falls: nothing of it lies higher, and a contact there is the surface's own
-    onwards, ///< it goes on higher, or rises like the floor at the foot of a wall
-    steeply  ///< it goes on higher, but not along this element: around an edge of more than 30 degrees
+    nothing, ///< it ends there or falls: nothing of it is higher, and a contact there is the surface's own
+    onwards, ///< it continues higher, or rises like the floor at the foot of a wall
+    steeply  ///< it continues higher, but not along this element: around an edge of more than 30 degrees
 };
 
 /// For an end of a segment, as for a side or corner of a triangle below.
@@ -63,8 +63,8 @@ Beyond beyond(const Part<2>& segment, const Vec2& n, double side)
     return higher || rising ? Beyond::onwards : Beyond::nothing;
 }
 
-/// Everything that meets the triangle's highest side or corner is asked, so that of a surface which touches a
-/// body the part that is nearest always has the contact, however gently it bends, and no other has.
+/// All triangles at the triangle's highest side or corner are tested, so that of a surface that touches a
+/// body always the nearest part has the contact, however gently it bends, and no other.
 template <class Data>
 Beyond beyond(const Data& surface, const Part<3>& triangle, const Vec3& n, double side)
 {
@@ -91,10 +91,10 @@ Beyond beyond(const Data& surface, const Part<3>& triangle, const Vec3& n, doubl
 
     unsigned rising = 0;
     bool higher = false, steep = false;
-    // Where the body pushes within 30 degrees of the face no higher triangle is steep.
+    // If the body pushes within 30 degrees of the face, no higher triangle is steep.
     const bool facing = dot(up, front) > cosine_of_30;
     surface.find_at(number[at], [&](const Mesh<3>::Element& other) {
-        unsigned shared = 0, own = 0; // bits of the triangle's corners, and of the other's that are the same
+        unsigned shared = 0, own = 0; // bits of the triangle's shared corners, and of the other's
         for (unsigned i = 0; i < 3; ++i)
             for (unsigned k = 0; k < 3; ++k)
                 if (other[k] == number[i]) {
@@ -138,7 +138,7 @@ double longest_side2(const Vec3& a, const Vec3& b, const Vec3& c)
     return std::max(length2(b - a), std::max(length2(c - b), length2(a - c)));
 }
 
-/// An element and where its corners lie.
+/// An element and its corners.
 template <int Dim>
 struct Facet;
 template <>
@@ -194,8 +194,8 @@ struct Facet<2>
     }
 };
 
-/// Whether an element that has width, and isn't `own`, passes through p, and what it `wanted` is so. Those
-/// that have the vertex `but` don't count.
+/// Whether an element with width, other than `own`, contains p and satisfies `wanted`. Those with the vertex
+/// `but` don't count.
 template <int Dim, class Wanted>
 bool another_has(const MeshData<Dim>& mesh, const typename Mesh<Dim>::Element& own, std::uint32_t but,
                  const V<Dim>& p, double slack, const Wanted& wanted)
@@ -211,7 +211,7 @@ bool another_has(const MeshData<Dim>& mesh, const typename Mesh<Dim>::Element& o
 }
 constexpr std::uint32_t no_vertex = ~0u;
 
-/// Where a facet is highest, and the vertex that is there.
+/// The highest place of a facet, and its vertex there.
 template <int Dim>
 struct Highest
 {
@@ -235,8 +235,8 @@ Highest<2> highest_point(const Part<2>& part, const Facet<2>& facet, const Vec2&
     return {facet.corner[end], part.number[end]};
 }
 
-/// Whether another element of a plane goes on where this one ends, without a corner or side that the two
-/// share: at a point of the contact, from there towards the body.
+/// Whether another coplanar element continues where this one ends, without a shared corner or side: at a
+/// point of the contact, from there towards the body.
 template <int Dim>
 bool goes_on_unjoined(const Part<Dim>& part, const V<Dim>& n, const Manifold<Dim>& manifold)
 {
@@ -247,7 +247,7 @@ bool goes_on_unjoined(const Part<Dim>& part, const V<Dim>& n, const Manifold<Dim
     const V<Dim> up = frame.r.back(-n);
     const Highest<Dim> top = highest_point(part, own, up, frame.r.back(manifold.point[0].p - frame.p));
     const V<Dim>& p = top.p;
-    // Those that share the corner have been asked by beyond().
+    // Those that share the corner have been tested by beyond().
     return another_has(mesh, part.number, top.vertex, p, straight * std::sqrt(own.size2),
                        [&](const Facet<Dim>& other) {
                            bool higher = false;
@@ -257,7 +257,7 @@ bool goes_on_unjoined(const Part<Dim>& part, const V<Dim>& n, const Manifold<Dim
                        });
 }
 
-/// What of a core lies over the element on that side of it.
+/// The part of a core over the element on that side of it.
 bool contact_over(const Core2& a, const Part<2>& b, double side, double margin, Manifold<2>& manifold)
 {
     return face_contact(a, b.core, b.normal * -side, margin, manifold);
@@ -271,14 +271,14 @@ bool plane_contact(const Core2& a, const Part<2>& b, double side, double margin,
     return line_contact(a, b.core, b.normal * -side, margin, manifold);
 }
 
-/// 1 where a normal, from a body to an element, comes down on its front; -1 on its back.
+/// 1 if a normal, from a body to an element, meets its front; -1 for its back.
 template <int Dim>
 double side_of(const Part<Dim>& b, const V<Dim>& normal)
 {
     return dot(normal, b.normal) <= 0 ? 1 : -1;
 }
 
-/// The side of its plane on which most of a body is: the way out that is shorter.
+/// The side of its plane on which most of a body is: the shorter way out.
 template <int Dim, class Core>
 double side_of_most(const Core& a, const Part<Dim>& b)
 {
@@ -288,7 +288,8 @@ double side_of_most(const Core& a, const Part<Dim>& b)
     return above >= below ? 1 : -1;
 }
 
-/// What lies over an element on that side of it, else where the body has come through its plane.
+/// The part over an element on that side of it, or else the place where the body has passed through its
+/// plane.
 template <int Dim, class Core>
 Answer contact_along_normal(const Core& a, const Part<Dim>& b, double side, double margin,
                             Manifold<Dim>& manifold)
@@ -297,8 +298,8 @@ Answer contact_along_normal(const Core& a, const Part<Dim>& b, double side, doub
     return plane_contact(a, b, side, margin, manifold) ? Answer::spare : Answer::none;
 }
 
-/// Where the surface goes on towards a, the element's end can't be hit from the side: then only what lies
-/// over the element counts, along its normal.
+/// If the surface continues towards a, the element's end can't be hit from the side: then only what is over
+/// the element counts, along its normal.
 template <int Dim, class Core>
 Answer contact_as_piece(const Core& a, const Part<Dim>& b, const Gap<Dim>& cores, double side, double margin,
                         Manifold<Dim>& manifold)
@@ -333,7 +334,7 @@ bool plane_contact(const Core3& a, const Part<3>& b, double side, double margin,
     const Vec3 normal = b.normal * side;
     const Vec3 lowest = furthest(a, -normal) - normal * a.radius;
     const double height = dot(normal, lowest - b.core.frame * b.core.polytope.vertex(0));
-    if (height > margin + uncertain(a, b.core)) return false; // else GJK's word counts
+    if (height > margin + uncertain(a, b.core)) return false; // otherwise GJK decides
     manifold.normal = -normal;
     manifold.count = 1;
     manifold.point[0] = {lowest - normal * (0.5 * height), -std::min(height, margin),
@@ -386,7 +387,7 @@ Answer surface_contact(const Core2& a, const Part<2>& b, double margin, Manifold
 Answer surface_contact(const Core3& a, const Part<3>& b, double margin, Manifold<3>& manifold, double& gap)
 {
     if (b.surface == Surface::ground) return ground_contact(b, a, margin, manifold, gap);
-    // A gap that is as good as none is one all the same for a search that ends beyond `enough`.
+    // Even a negligible gap counts as one for a search that ends beyond `enough`.
     const double enough = a.radius + margin + uncertain(a, b.core);
     Gap<3> cores;
     triangle_gap(a, b.core, enough, cores);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The ways through a box tree: that of a mesh's elements, or of a compound's children.
+// Traversals of a box tree: that of a mesh's elements, or of a compound's children.
 #pragma once
 
 #include "narrow/parts/region.hpp"
@@ -24,8 +24,9 @@ void for_each_leaf(const std::vector<TreeNode>& nodes, const Region<Dim>& region
     }
 }
 
-/// Calls visit(leaf) for the leaves whose key(node) is no more than limit(), of two subtrees first for that
-/// with the lesser key. A node's key is no more than those of the nodes in it; the limit may fall meanwhile.
+/// Calls visit(leaf) for the leaves whose key(node) is at most limit(); of two subtrees, the one with the
+/// lesser key comes first. A node's key is at most those of the nodes in it; the limit may decrease
+/// meanwhile.
 template <class Key, class Limit, class Visit>
 void for_each_leaf_by(const Key& key, const Limit& limit, const std::vector<TreeNode>& nodes,
                       const Visit& visit)

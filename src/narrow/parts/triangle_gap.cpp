@@ -13,7 +13,7 @@ bool is_over(const Part<3>& triangle, const Vec3& p)
     const Core3& core = triangle.core;
     const Vec3 local = core.frame.r.back(p - core.frame.p), n = core.polytope.normal(0);
     Vec3 from = core.polytope.vertex(2);
-    bool over = true; // which is hard to predict: no branches
+    bool over = true; // hard to predict, so no branches
     for (std::uint32_t i = 0; i < 3; ++i) {
         const Vec3 to = core.polytope.vertex(i);
         over &= dot(cross(to - from, local - from), n) >= 0;
@@ -22,7 +22,7 @@ bool is_over(const Part<3>& triangle, const Vec3& p)
     return over;
 }
 
-/// Whether the axes of a box tell how it overlaps a triangle, or that it is further away than `enough`.
+/// Whether the axes of a box determine its overlap with a triangle, or that it is further away than `enough`.
 bool told_by_axes(const Core3& box, const Core3& triangle, double enough, Gap<3>& cores)
 {
     const Vec3 half = box.polytope.vertex(7); // the last corner
@@ -51,7 +51,7 @@ void triangle_gap(const Core3& a, const Part<3>& triangle, const Lowest& lowest,
 {
     cores.distance = lowest.height;
     if (lowest.height > enough) return;
-    // Nearer than that the search has the word, which touching() goes by.
+    // Nearer than that the search decides, which touching() uses.
     if (lowest.height > uncertain(a, triangle.core) && is_over(triangle, lowest.p)) {
         cores.normal = -lowest.up;
         cores.on_a = lowest.p;

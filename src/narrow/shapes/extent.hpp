@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How far shapes reach along the axes.
+// The extents of shapes along the axes.
 #pragma once
 
 #include "narrow/shapes/shape_data.hpp"
@@ -39,7 +39,7 @@ inline Vec2 column(const Mat2& r, int axis)
     return axis == 0 ? Vec2{r.c, r.s} : Vec2{-r.s, r.c};
 }
 
-/// Of short vectors as well, whose squares are lost.
+/// Also for short vectors, whose squares underflow.
 template <class Vector>
 double any_length(const Vector& v)
 {
@@ -47,7 +47,7 @@ double any_length(const Vector& v)
     return squares_well(square) ? std::sqrt(square) : length(v * 0x1p600) * 0x1p-600;
 }
 
-/// How far a disc about the y axis reaches along axis d.
+/// The extent of a disc about the y axis along axis d.
 template <int Dim>
 double disc_half(const M<Dim>& r, int d, double radius)
 {
@@ -87,7 +87,7 @@ inline void add_heights(const HeightData& field, const Mat3& r, const Vec3& p, E
 }
 inline void add_heights(const HeightData&, const Mat2&, const Vec2&, Extent<2>&) {}
 
-/// Adds a shape that is turned by r and lies at p.
+/// Adds a shape turned by r, at p.
 template <int Dim>
 void add_shape(const Shape<Dim>& shape, const M<Dim>& r, const V<Dim>& p, Extent<Dim>& e)
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Convex hulls: exact ones first; then what is flat or straight but for its points' rounding is made so. See
-// decision 010.
+// Convex hulls: first the exact hull; then parts that are flat or straight up to the points' rounding are
+// made so. See decision 010.
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -22,8 +22,8 @@ namespace narrow::hull {
 
 namespace {
 
-/// The directions of edges, each once, whichever way along it: an edge is left out if it is within 1e-10 of
-/// one that came before it.
+/// The directions of edges, each once in either sense: an edge is skipped if it is within 1e-10 of an earlier
+/// one.
 class Directions
 {
   public:
@@ -44,9 +44,10 @@ class Directions
     }
 
   private:
-    // Hulls mostly have a few dozen directions; with 20,000 corners to compare each with all takes seconds.
+    // Hulls mostly have a few dozen directions; with 20,000 corners, comparing each with all would take
+    // seconds.
     static constexpr std::size_t compared_with_all = 256;
-    static constexpr std::int64_t cells = 1024; // to a length of 1, which is far more than 1e-10 each
+    static constexpr std::int64_t cells = 1024; // per unit of length, each far wider than 1e-10
     struct Cell
     {
         std::int64_t at[3];
@@ -72,7 +73,7 @@ class Directions
             place = place << 21 | static_cast<std::uint64_t>(at + 2 * cells);
         return place;
     }
-    /// Looks at the cells around it, and around its opposite.
+    /// Searches the cells around it, and around its opposite.
     [[nodiscard]] bool is_known_nearby(const Vec3& unit) const
     {
         for (const double way : {1.0, -1.0}) {
@@ -91,8 +92,8 @@ class Directions
     std::unordered_multimap<std::uint64_t, std::uint32_t> by_place_;
 };
 
-/// No given point is further outside than this times the slack: the inner points of a patch may be as far as
-/// it from what its border spans, and those from what is left of that; and rounding has its part in each.
+/// No given point is further outside than this times the slack: the inner points of a patch may be a slack
+/// away from what its border spans, and that from the straightened border; plus rounding in each step.
 constexpr double slacks_outside = 5;
 
 /// The corners next to each, across its edges.
@@ -120,11 +121,12 @@ class Neighbours
     std::vector<Index> begin_, at_;
 };
 
-/// Faces that lean by less than this to each other look alike to who asks which of them faces a direction.
+/// Faces whose normals differ by less than this can't be told apart when searching for the one that faces a
+/// direction.
 constexpr double alike = 1e-7;
 
-/// Finds how far each face reaches along its normal, and its outline: the convex hull of all corners in its
-/// plane but for what faces may be off by, and of those of faces alike.
+/// Finds the offset of each face along its normal, and its outline: the convex hull of all corners in its
+/// plane, within the tolerance of faces, and of those of similar faces.
 void find_outlines(HullData<3>& data, const PointSet& points, const std::vector<Index>& given_as)
 {
     const Neighbours neighbours(data.edge, data.corners.size());
@@ -146,7 +148,8 @@ void find_outlines(HullData<3>& data, const PointSet& points, const std::vector<
             const double down = top - height(v) - slacks_outside * points.slack;
             return down <= 0 || down * down <= alike * alike * length2(away);
         };
-        // On a polyhedron edges lead up from each corner to a highest one: so all that are as high are met.
+        // On a polyhedron edges lead up from each corner to a highest one, so all equally high ones are
+        // found.
         const std::size_t own = corners.size();
         for (std::size_t k = 0; k < corners.size(); ++k)
             for (const Index v : neighbours.of(corners[k]))
@@ -170,7 +173,8 @@ void find_outlines(HullData<3>& data, const PointSet& points, const std::vector<
     }
 }
 
-/// Corners in the order given; of points in a line or a place, which have no faces, those that are `kept`.
+/// Corners in the order given; of points in a line or at one place, which have no faces, those that are
+/// `kept`.
 void finish(HullData<3>& data, const std::vector<Vec3>& given, const PointSet& points,
             const std::vector<Face>& faces, const std::vector<Index>& kept)
 {
@@ -258,8 +262,8 @@ void finish(HullData<3>& data, const std::vector<Vec3>& given, const PointSet& p
 void build(HullData<3>& data, const std::vector<Vec3>& given, double epsilon)
 {
     const PointSet points(given, epsilon);
-    // The lowest and the highest, what is furthest from their line, and from the plane of all three. Rounding
-    // may take a point for one of those that isn't: then any other will do.
+    // The lowest and the highest, the point furthest from their line, and the one furthest from the plane of
+    // all three. Rounding may choose another point, which is good enough.
     const int axis = points.longest_axis;
     Index start[4];
     start[0] = points.furthest([&](const Vec3& p) { return -p[axis]; });
@@ -274,7 +278,8 @@ void build(HullData<3>& data, const std::vector<Vec3>& given, double epsilon)
     if (!off_line(start[2])) return finish(data, given, points, {}, {start[0], start[1]});
 
     const Vec3 c = points[start[2]], n = exact_cross(a, b, c);
-    // Within the slack a hull is flat, or straight: its sides would be noise, and some would pass for faces.
+    // Within the slack a hull counts as flat or straight: otherwise its sides would be noise, and some would
+    // count as faces.
     const auto off_plane = [&](Index i) {
         return std::abs(dot(points[i] - a, n)) > points.slack * length(n) &&
                side_of_plane(a, b, c, points[i]) != 0;

@@ -12,13 +12,13 @@ namespace narrow::hull {
 
 namespace {
 
-/// A face that is merged is convex but for what the points' rounding left in its border: see cut_in_two().
+/// A merged face is convex except for dents in its border from the points' rounding: see cut_in_two().
 class Cutter
 {
   public:
     Cutter(const PointSet& points, std::vector<Face>& faces) : points_(points), faces_(faces) {}
 
-    /// Cuts a face in two where its border turns clockwise. Returns false if it does so nowhere.
+    /// Cuts a face in two where its border turns clockwise. Returns false if it turns so nowhere.
     bool cut_in_two(Index face)
     {
         std::vector<Side>& loop = faces_[face].loop;
@@ -35,7 +35,7 @@ class Cutter
         return false;
     }
 
-    /// Leaves out the corners where the border of a flat hull's two faces turns clockwise.
+    /// Removes the corners where the border of a flat hull's two faces turns clockwise.
     void drop_reflex()
     {
         std::vector<Side>& loop = faces_[0].loop;
@@ -104,7 +104,7 @@ class Cutter
         }
         return true;
     }
-    /// From the first corner of a face to another: what is right of the line becomes a face of its own.
+    /// Cuts from the first corner of a face to another: the part right of the line becomes a new face.
     void split(Index face, std::size_t to)
     {
         const Index added = static_cast<Index>(faces_.size());
@@ -126,10 +126,10 @@ class Cutter
 
     const PointSet& points_;
     std::vector<Face>& faces_;
-    std::vector<Vec2> flat_; ///< the corners of the face that is cut
+    std::vector<Vec2> flat_; ///< the corners of the face being cut
 };
 
-/// The triangles of a hull, put together to faces.
+/// The triangles of a hull, merged into faces.
 class Faces
 {
   public:
@@ -174,8 +174,8 @@ class Faces
     }
 
   private:
-    /// Each face is what lies within the slack below a triangle's plane, the largest first, and stays a disc.
-    /// All points are below that plane, since the hull is exact.
+    /// A face is everything within the slack below a triangle's plane, the largest first, as long as it stays
+    /// a disc. All points are below that plane, since the hull is exact.
     void find_patches()
     {
         std::vector<Index> order;
@@ -188,7 +188,7 @@ class Faces
             const Vec3 products = products_of(b - a, c - a);
             const double sum = products.x + products.y + products.z;
             if (sum * sum > 16 * length2(normal))
-                normal = exact_cross(a, b, c); // else right but for its last bits
+                normal = exact_cross(a, b, c); // otherwise right except for its last bits
         }
         std::sort(order.begin(), order.end(), [&](Index t, Index u) {
             const double area_t = length2(triangles_[t].normal), area_u = length2(triangles_[u].normal);
@@ -224,7 +224,7 @@ class Faces
             level = level && std::abs(dot(n, points_[v] - at)) <= points_.slack;
         return level;
     }
-    /// Whether a patch with this triangle has still one border that meets itself nowhere.
+    /// Whether a patch with this triangle still has a single border that doesn't meet itself.
     [[nodiscard]] bool keeps_disc(const Triangle& t, Index face) const
     {
         Index shared = 0, opposite = none;
@@ -287,7 +287,7 @@ class Faces
             --k;
             if (face < beyond) keep_corners(points_, chain, 0, chain.size() - 1, kept_);
         }
-        // A sliver between two faces is a triangle at least.
+        // A sliver between two faces is at least a triangle.
         border.pop_back();
         std::vector<Index> ends;
         for (const Side& side : border)

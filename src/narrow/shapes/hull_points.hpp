@@ -9,7 +9,7 @@
 
 #include "narrow/math.hpp"
 
-// The points of a hull, and hulls of those that lie in a plane.
+// The points of a hull, and hulls of coplanar points.
 
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow::hull {
@@ -18,16 +18,16 @@ using Index = std::uint32_t;
 inline constexpr Index none = ~Index{0};
 
 /// The points with which a hull is computed. They are scaled by a power of two to an extent of 1 to 2, which
-/// loses nothing, whatever their size; then what is smaller than 2^-201 is cut off, so that predicates are
-/// exact. In 2D z is 0.
+/// loses nothing for any size; then digits below 2^-201 are rounded off, so that predicates are exact. In 2D
+/// z is 0.
 struct PointSet
 {
     std::vector<Vec3> points;
     Vec3 extent;
     int longest_axis = 0;
-    /// A face, edge or corner may stand for points no further from it than this: what rounding to their own
-    /// type moves them by. Far from the origin that could be as much as the whole hull is wide, so it is at
-    /// most a small part of that.
+    /// A face, edge or corner may represent points no further from it than this: the rounding to their own
+    /// type. Far from the origin that could be as much as the width of the hull, so it is limited to a small
+    /// fraction of that.
     double slack = 0;
 
     template <class Given>
@@ -45,7 +45,7 @@ struct PointSet
         const int scale = -std::ilogb(extent[longest_axis]);
         double size = 0;
         for (int d = 0; d < dim; ++d) {
-            if (extent[d] == 0) continue; // a coordinate that all have in common counts as 0
+            if (extent[d] == 0) continue; // a common coordinate of all counts as 0
             extent[d] = std::ldexp(extent[d], scale);
             for (std::size_t i = 0; i < given.size(); ++i) {
                 double x = std::ldexp(given[i][d], scale);
@@ -80,18 +80,18 @@ struct PointSet
 /// instead.
 Vec3 products_of(const Vec3& u, const Vec3& v);
 
-/// The corners of the hull of some points in the plane of the axes u and v, counterclockwise; one or two
-/// where all lie in one place or on one line.
+/// The corners of the hull of some points in the plane of the axes u and v, counterclockwise; one or two if
+/// all are at one place or on one line.
 std::vector<Index> planar_hull(const PointSet& points, int u, int v, std::vector<Index> of);
 
-/// The same for points in the plane with that normal, counterclockwise seen from where it points. It is found
-/// in the plane of two axes, so chosen that no two of the points coincide there.
+/// The same for points in the plane with that normal, counterclockwise seen from its tip. It is found in the
+/// plane of two axes, chosen so that no two of the points coincide there.
 std::vector<Index> plane_hull(const PointSet& points, const Vec3& normal, std::vector<Index> of);
 
-// A hull of rounded points has corners on its sides that nobody meant. `kept` marks those that stay.
+// A hull of rounded points has spurious corners on its sides. `kept` marks those that stay.
 
-/// Of a chain of points from chain[first] to chain[last], which both stay: keeps those further than the slack
-/// from the line that is left.
+/// For a chain of points from chain[first] to chain[last], which both stay: keeps those further than the
+/// slack from the remaining line.
 void keep_corners(const PointSet& points, const std::vector<Index>& chain, std::size_t first,
                   std::size_t last, std::vector<char>& kept);
 /// The same for a closed loop. Two corners are certain: the one furthest from any point, and the one furthest

@@ -93,7 +93,7 @@ void build_tree(CompoundData<Dim>& data)
         item.element = i;
         Extent<Dim> box = nothing<Dim>();
         const double reach = ShapeAccess::reach(shape);
-        // Only the ball of a user's shape is known already.
+        // Only the ball of a custom shape is known already.
         add_shape(shape.custom() == nullptr ? shape : Shape<Dim>::sphere(reach), frame.r, frame.p, box);
         const double rounding = reach < HUGE_VAL ? 1e-14 * (length(frame.p) + reach) : 0;
         for (int d = 0; d < 3; ++d) {
@@ -119,7 +119,7 @@ bool is_before(const V<Dim>& a, const V<Dim>& b)
         if (a[d] != b[d]) return a[d] < b[d];
     return false;
 }
-/// By cell, and in each by number.
+/// Sorted by cell, and in each by number.
 template <int Dim, class Cell>
 std::vector<Place<Dim>> sorted_places(const std::vector<V<Dim>>& vertices, const Cell& cell_of)
 {
@@ -146,8 +146,8 @@ std::vector<Index> first_there(const std::vector<V<Dim>>& vertices)
     return first;
 }
 
-/// The first vertex within `reach` of those that are their own: as vertices come, each is its own unless one
-/// before it is that near. Cells of twice the reach: what is that near is in one of 2^Dim.
+/// For each vertex the first representative within `reach`: in order, each vertex is a representative unless
+/// an earlier one is that near. With cells of twice the reach, near ones are in one of 2^Dim cells.
 template <int Dim>
 std::vector<Index> first_within(const std::vector<V<Dim>>& vertices, double reach)
 {
@@ -199,7 +199,7 @@ void weld(MeshData<Dim>& data, double reach)
             v = first[v];
 }
 
-/// Which elements have which vertex; once each, also those that name it twice.
+/// The elements of each vertex; each once, also those that name it twice.
 template <int Dim>
 void list_elements(MeshData<Dim>& data)
 {

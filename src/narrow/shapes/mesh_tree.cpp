@@ -20,7 +20,7 @@ namespace {
 using Index = std::uint32_t;
 using Element = std::array<Index, 3>;
 
-/// The axes along which a symmetric matrix is diagonal. Source: Jacobi's method; Golub and Van Loan, Matrix
+/// The axes in which a symmetric matrix is diagonal. Source: Jacobi's method; Golub and Van Loan, Matrix
 /// Computations (2013), sec. 8.5.
 Mat3 principal_axes(double (&m)[3][3])
 {
@@ -50,7 +50,7 @@ Mat3 principal_axes(double (&m)[3][3])
     return {axis[0], axis[1], axis[2]};
 }
 
-/// With one side along the triangle's longest; a triangle without area has any around it.
+/// With one side along the triangle's longest; for a triangle without area, any box around it.
 Mat3 triangle_axes(const Vec3 (&corner)[3])
 {
     const Vec3 side[3] = {corner[1] - corner[0], corner[2] - corner[1], corner[0] - corner[2]};

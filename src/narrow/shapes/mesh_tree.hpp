@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A mesh's tree of oriented boxes, which is searched for distances, touching and impacts. Boxes aligned with
-// their triangles are as flat as the surface, so the distance of two boxes is nearly that of the triangles.
-// Source: Gottschalk, Lin, Manocha, OBBTree, SIGGRAPH 1996; Larsen et al., ICRA 2000.
+// A mesh's tree of oriented boxes, for searches for distances, touching and impacts. Boxes aligned with their
+// triangles are as flat as the surface, so the distance of two boxes is nearly that of the triangles. Source:
+// Gottschalk, Lin, Manocha, OBBTree, SIGGRAPH 1996; Larsen et al., ICRA 2000.
 #pragma once
 
 #include <array>
@@ -21,7 +21,7 @@ struct OrientedBox
     Mat3 axes;
 };
 
-/// Boxes that are tested at once, one number of each in a row. Unused ones repeat the first.
+/// Boxes that are tested at once, with one number of each in a row. Unused ones repeat the first.
 struct BoxRows
 {
     static constexpr std::uint32_t size = 8;
@@ -38,15 +38,15 @@ struct BoxRows
     void set(std::uint32_t i, const OrientedBox& box);
 };
 
-/// How far a box surely is from each of BoxRows, and in which direction.
+/// Lower bounds of the distance of a box from each of BoxRows, and their directions.
 struct BoxApproaches
 {
-    /// Below 0: they may overlap, and what is in them by no more than this. Rounded to some 1e-14 of all
+    /// Negative: they may overlap, and their contents by no more than this. Rounded to some 1e-14 of all
     /// lengths.
     double distance[BoxRows::size];
-    double normal[3][BoxRows::size]; ///< unit, from the box to that of the rows; of those that are apart
+    double normal[3][BoxRows::size]; ///< unit, from the box to that of the rows; only for those apart
 };
-/// Keys are in the order of distances, and need no root: the square; of what overlaps, by how much, negated.
+/// Keys have the order of distances, and need no square root: the squared distance, or the negated overlap.
 inline double key_of(double distance)
 {
     return distance > 0 ? distance * distance : distance;
@@ -61,11 +61,11 @@ struct MeshTree
         std::uint32_t count;
     };
     static constexpr std::uint32_t leaf = 0x8000'0000;
-    /// The first one has one box, which is around all.
+    /// The first one has one box, around everything.
     std::vector<Node> nodes;
 };
 
-/// `order` has neighbours next to each other, halves of halves.
+/// In `order` neighbours are adjacent, in halves of halves.
 [[nodiscard]] MeshTree mesh_tree(std::span<const Vec3> vertices,
                                  std::span<const std::array<std::uint32_t, 3>> elements,
                                  std::span<const std::uint32_t> order);

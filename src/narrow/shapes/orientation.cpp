@@ -7,7 +7,7 @@ JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 namespace {
 
-/// A number as a sum of doubles, which have no bits in common places: small ones first, none of them 0.
+/// A number as a sum of doubles with non-overlapping bits: small ones first, none of them 0.
 template <int Room>
 struct Sum
 {
@@ -28,7 +28,7 @@ struct Sum
     }
 };
 
-/// a + b is the result and what `rest` is set to. Source: Knuth, The Art of Computer Programming 2, 4.2.2.
+/// a + b is exactly the result plus `rest`. Source: Knuth, The Art of Computer Programming 2, 4.2.2.
 double sum_of(double a, double b, double& rest)
 {
     const double sum = a + b, of_b = sum - a;

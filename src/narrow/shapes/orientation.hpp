@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// On which side of a line or plane a point lies: exactly, whatever rounding says.
+// On which side of a line or plane a point is, exactly.
 //
 // Coordinates are multiples of 2^-201 below 2^60, so that no product of three differences loses a bit.
 #pragma once
@@ -9,8 +9,8 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 
-/// What a determinant of three differences, computed as cross and dot products, may be wrong by: this times
-/// the sum of its products' sizes. Eight roundings of 2^-53 each, and what that sum itself is wrong by.
+/// The relative error of a determinant of three differences, computed by cross and dot products, with respect
+/// to the sum of its products' sizes: eight roundings of 2^-53 each, plus the error of that sum itself.
 inline constexpr double determinant_rounding = 10 * 0x1p-53;
 
 /// Above 0 where d is above the triangle a b c, seen from where that runs counterclockwise; 0 in its plane.

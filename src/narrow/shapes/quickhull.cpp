@@ -14,9 +14,9 @@ namespace narrow::hull {
 
 namespace {
 
-/// A hull that grows by a point at a time. A point is added only if it is outside of what there is, by exact
-/// predicates: so each is added once at most, what it sees is one patch with a simple border, and no triangle
-/// is without area.
+/// A hull that grows by one point at a time. A point is added only if it is outside the present hull, by
+/// exact predicates, so each is added at most once, sees one patch with a simple border, and no triangle has
+/// zero area.
 class Quickhull
 {
   public:
@@ -57,7 +57,7 @@ class Quickhull
 
     void add(Index a, Index b, Index c)
     {
-        Triangle t{}; // all of it: sanitizer builds of g++ 12 see a part that would be left open
+        Triangle t{}; // initialised, since sanitizer builds of g++ 12 warn of an uninitialised part
         t.v[0] = a, t.v[1] = b, t.v[2] = c;
         const Vec3 u = points_[b] - points_[a], v = points_[c] - points_[a];
         t.normal = cross(u, v);
@@ -66,8 +66,8 @@ class Quickhull
         t.alive = true;
         triangles.push_back(t);
     }
-    /// Has the point wait at the first of the triangles from `first` on that it is above. A point that is
-    /// still outside of the hull is above one of the triangles that took the place of those it was above.
+    /// Assigns the point to the first of the triangles from `first` on that it is above. A point still
+    /// outside the hull is above one of the triangles that replaced those it was above.
     void give(Index p, Index first)
     {
         for (Index f = first; f < count(); ++f)
@@ -77,8 +77,8 @@ class Quickhull
                 return;
             }
     }
-    /// Adds the highest of the points that wait at a triangle. The triangles that see it are one patch: they
-    /// give way to a fan from the border of that patch, the horizon, to the new point.
+    /// Adds the highest of a triangle's points. The triangles that see it form one patch, which is replaced
+    /// by a fan from its border, the horizon, to the new point.
     void grow(Index from)
     {
         Index apex = none;
@@ -87,7 +87,7 @@ class Quickhull
             const double height = dot(triangles[from].normal, points_[p] - points_[triangles[from].v[0]]);
             if (height > most) most = height, apex = p;
         }
-        // What sees the apex, found from neighbour to neighbour.
+        // The triangles that see the apex, found from neighbour to neighbour.
         patch_.assign(1, from);
         triangles[from].mark = ++round_;
         for (std::size_t k = 0; k < patch_.size(); ++k)

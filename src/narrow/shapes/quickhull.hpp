@@ -8,16 +8,16 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow::hull {
 
-/// A triangle of a hull that grows. Every point outside of the hull waits at one of the triangles that it is
+/// A triangle of a growing hull. Every point outside the hull is assigned to one of the triangles that it is
 /// above.
 struct Triangle
 {
     Index v[3];         ///< counterclockwise seen from outside
     Index neighbour[3]; ///< across the side from v[i] to v[i + 1]
-    Vec3 normal;        ///< the cross product of two sides, rounded: as long as twice the area
-    double doubt;       ///< heights, times that length, of no more than this may have the wrong sign
-    Index outside;      ///< the first of the points that wait here, or none
-    Index mark;         ///< the round in which it was last seen by the point that was added
+    Vec3 normal;        ///< the cross product of two sides, rounded; its length is twice the area
+    double doubt;       ///< a height times that length may have the wrong sign if it is no more than this
+    Index outside;      ///< the first of the assigned points, or none
+    Index mark;         ///< the round in which it was last seen by the added point
     bool alive;         ///< false once a point was added above it
 };
 

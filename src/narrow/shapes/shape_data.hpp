@@ -19,7 +19,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 
-/// A number in a message, short also where it is tiny or huge.
+/// Formats a number for a message, short also if it is tiny or huge.
 std::string text(double number);
 
 /// Coordinates are stored per axis and padded to whole groups of this many by repeating the first vertex,
@@ -37,8 +37,8 @@ struct Edge
 };
 
 /// A polytope: vertices, outward face planes, and each face's outline counterclockwise seen from outside: the
-/// convex polygon of all vertices that lie in the face's plane but for rounding. A flat one has two faces, a
-/// straight one no face and one edge, a point neither. It doesn't own the memory.
+/// convex polygon of all vertices in the face's plane up to rounding. A flat one has two faces, a straight
+/// one no face and one edge, a point neither. It doesn't own the memory.
 struct Polytope
 {
     std::uint32_t vertices = 0, faces = 0, edges = 0, directions = 0;
@@ -46,7 +46,7 @@ struct Polytope
     std::uint32_t stride = 0;
     const double* nx = nullptr; ///< face normals, same way, `face_stride` apart
     std::uint32_t face_stride = 0;
-    const double* offset = nullptr; ///< of face planes, padded like nx; only where every edge has two faces
+    const double* offset = nullptr; ///< of face planes, padded like nx; only if every edge has two faces
     const std::uint32_t* outline_begin = nullptr; ///< faces + 1 positions in `outline`
     const std::uint32_t* outline = nullptr;
     const Edge* edge = nullptr;
@@ -70,7 +70,7 @@ struct HullData<3> : std::enable_shared_from_this<HullData<3>>
     std::vector<Edge> edge;
     std::vector<Vec3> direction;
     double reach = 0;
-    bool sharp = false; ///< two faces that share an edge lie within 8 degrees of each other, back to back
+    bool sharp = false; ///< two faces that share an edge are back to back within 8 degrees
     Polytope polytope;
 };
 
@@ -97,7 +97,7 @@ template <int Dim>
 struct MeshData : std::enable_shared_from_this<MeshData<Dim>>
 {
     std::vector<V<Dim>> vertices;
-    /// Of vertices at the same place, or welded, all name the first.
+    /// Elements name the first of the vertices at the same place, or welded.
     std::vector<typename Mesh<Dim>::Element> elements;
     std::vector<TreeNode> nodes;
     std::vector<std::uint32_t> order; ///< elements, leaf by leaf
@@ -184,14 +184,14 @@ struct CompoundData : std::enable_shared_from_this<CompoundData<Dim>>
     };
     std::vector<Child> children;
     std::vector<typename Compound<Dim>::Child> given;
-    std::vector<TreeNode> nodes;      ///< over boxes that hold the children, endless ones as well
+    std::vector<TreeNode> nodes;      ///< over boxes that contain the children, infinite ones too
     std::vector<std::uint32_t> order; ///< children, leaf by leaf
     double reach = 0;
-    double extent = 0; ///< the same of those that aren't endless
+    double extent = 0; ///< the same for the finite ones
 };
 
-/// A shape's type as an enumeration: a switch over it without a default doesn't compile once a kind is
-/// missing. How to add one: docs/guide/contacts.md.
+/// A shape's type as an enumeration: a switch over it without a default doesn't compile if a kind is missing.
+/// docs/inside/contacts.md describes how to add one.
 enum class Kind : ShapeType
 {
     sphere = ShapeTypes::sphere,
@@ -214,15 +214,15 @@ Kind kind_of(const Shape<Dim>& shape)
 {
     return shape.type() >= ShapeTypes::first_custom ? Kind::custom : Kind{shape.type()};
 }
-/// Whether shapes of a type have short ways of their own: kernels, simple3.hpp, gaps3.hpp. They are the first
-/// three types, so that tables have a row for each.
+/// Whether shapes of a type have special cases: kernels, simple3.hpp, gaps3.hpp. These are the first three
+/// types, so that tables have a row for each.
 constexpr bool is_simple(ShapeType type) noexcept
 {
     return type <= ShapeTypes::box;
 }
 static_assert(ShapeTypes::sphere == 0 && ShapeTypes::capsule == 1 && ShapeTypes::box == 2);
 
-/// Whether shapes of a kind consist of parts: then those are looked for one by one.
+/// Whether shapes of a kind consist of parts, which are then found one by one.
 constexpr bool consists_of_parts(Kind kind) noexcept
 {
     switch (kind) {
@@ -245,13 +245,13 @@ constexpr bool consists_of_parts(Kind kind) noexcept
     }
     return false;
 }
-/// Whether a shape's parts are elements of a surface that goes on beyond their ends.
+/// Whether a shape's parts are elements of a surface that continues beyond their ends.
 template <int Dim>
 bool is_surface(const Shape<Dim>& shape)
 {
     return shape.type() == ShapeTypes::mesh || shape.type() == ShapeTypes::height_field;
 }
-/// A shape that isn't convex: it consists of parts that are.
+/// A shape that isn't convex but consists of convex parts.
 template <int Dim>
 bool has_parts(const Shape<Dim>& shape)
 {
@@ -270,7 +270,7 @@ struct ShapeAccess
     {
         return shape.radius_;
     }
-    /// Radius of a ball around the local origin that holds the shape; infinite for half-spaces.
+    /// The radius of a ball around the local origin that contains the shape; infinite for half-spaces.
     template <int Dim>
     static double reach(const Shape<Dim>& shape)
     {
