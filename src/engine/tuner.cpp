@@ -133,7 +133,7 @@ class Histogram
             }
         std::fill_n(count_, bins_[0] * bins_[1] * bins_[2], std::uint16_t{0});
     }
-    /// The place of a box on each axis, 0 to 1, or beyond for boxes outside.
+    /// Adds a box by its place on each axis, 0 to 1, or beyond for boxes outside.
     void add(const double (&place)[3])
     {
         int bin = 0;

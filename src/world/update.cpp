@@ -13,7 +13,7 @@ JOSTLE_NAMESPACE_BEGIN
 namespace world {
 namespace {
 
-/// An object that did more than move.
+/// Commits an object that did more than move.
 template <int Dim, class T>
 void commit_object(State<Dim, T>& state, NeighbourLists<Dim, T>& neighbour_lists,
                    const Entries<Dim, T>& entries, Index index) noexcept
@@ -198,7 +198,7 @@ void World<Dim, T>::Implementation::begin_changes()
     state.shown = nullptr;
 }
 
-/// The user data of objects that the update removes.
+/// Announces to the user data which objects the update removes.
 template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::note_removals()
 {

@@ -143,7 +143,7 @@ void take_line_or_point(const Core3& core, const Vec3& d, double slope, Feature&
     feature.point.push_back(core.frame * smooth_support(core, d));
 }
 
-/// An edge if one is level within `slope`, or the highest edge at any slope if that is 1.
+/// Takes an edge if one is level within `slope`, or the highest edge at any slope if that is 1.
 void take_edge_or_vertex(const Core3& core, const Vec3& d, double slope, Feature& feature)
 {
     if (core.is_smooth()) return take_line_or_point(core, d, slope, feature);

@@ -22,12 +22,12 @@ struct Feature
     std::uint16_t kind = vertex_feature;
 };
 
-/// The opposing features of a and b along n, which leads from a to b.
+/// Finds the opposing features of a and b along n, which leads from a to b.
 void take_features(const Core3& a, const Core3& b, const Vec3& n, Feature& fa, Feature& fb);
 /// Face f of a core.
 void take_face(const Core3& core, std::uint32_t f, Feature& feature);
-/// The feature of a core that meets the other's face along n: a face at up to 60 degrees, otherwise an edge
-/// or a vertex.
+/// Finds the feature of a core that meets the other's face along n: a face at up to 60 degrees, otherwise an
+/// edge or a vertex.
 void take_against_face(const Core3& core, const Vec3& n, Feature& feature);
 
 /// The feature_id() of the feature of a core that meets a vertex along n; its points aren't needed.

@@ -118,7 +118,7 @@ class Descent
         keep();
     }
 
-    /// The result; the points are set if they are known.
+    /// Returns the result; the points are located if they are known.
     void tell(Gap<3>& gap) const { gap = {-depth, normal, on_a, on_b, off() < 1e-7 * size_}; }
 
     double depth = HUGE_VAL; ///< negative: they are apart
@@ -363,8 +363,9 @@ class Descent
             piece_[i].weight = weight[i];
         return best;
     }
-    /// The step to where the models of pieces i, j and k (those that aren't -1) are equal and minimal, if it
-    /// is the best so far. The weights make the pieces' slopes cancel out there: the dual problem.
+    /// Finds the step to where the models of pieces i, j and k (those that aren't -1) are equal and minimal,
+    /// and keeps it if it is the best so far. The weights make the pieces' slopes cancel out there: the dual
+    /// problem.
     void attempt(const Bend& inverse, int i, int j, int k, double& best, double* weight)
     {
         const Piece& p = piece_[i];

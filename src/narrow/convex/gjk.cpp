@@ -149,8 +149,8 @@ struct Closest
     Vec3 on_a, on_b;
     double square = HUGE_VAL;
 };
-/// The nearest points of two segments, from p along `way` and from c along `side`, if they are nearer than
-/// `best`. Source: as round_gap().
+/// Takes the nearest points of two segments, from p along `way` and from c along `side`, if they are nearer
+/// than `best`. Source: as round_gap().
 void take_nearer(const Vec3& p, const Vec3& way, const Vec3& c, const Vec3& side, Closest& best)
 {
     const auto part = [](double x) { return std::max(0.0, std::min(1.0, x)); };

@@ -66,8 +66,8 @@ struct Polyhedron
         return kernels->planes(hull->nx, hull->offset, hull->face_stride, enough, planes);
     }
 
-    /// The edges that may separate the two better than `enough`: not those with a corner of the other deeper
-    /// than that below both their faces, since it is as deep below any plane between these.
+    /// Takes the edges that may separate the two better than `enough`: not those with a corner of the other
+    /// deeper than that below both their faces, since it is as deep below any plane between these.
     void take_edges()
     {
         const auto put = [](double(&rows)[3][EdgeRows::most], std::uint32_t i, const Vec3& v) {

@@ -36,7 +36,7 @@ void put(const Vec3& v, double (&to)[3][batch], std::uint32_t k)
     to[2][k] = v.z;
 }
 
-/// A capsule, or a sphere with one, which counts as along y, whatever its rotation.
+/// Writes a capsule, or a sphere with one, which counts as along y, whatever its rotation.
 template <class T>
 void put_rounds(RoundBatch& rows, const ArrangedPair<T>& s, std::uint32_t k)
 {

@@ -12,7 +12,7 @@ JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 namespace {
 
-/// The contacts that a user-defined test finds, for a pair whose a is of the test's first type.
+/// Finds contacts by a user-defined test, for a pair whose a is of the test's first type.
 template <int Dim>
 void ask_own_test(const Placed<Dim>& pair, double margin, const PairTest<Dim>& test, FoundList<Dim>& found)
 {

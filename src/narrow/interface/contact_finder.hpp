@@ -36,7 +36,7 @@ struct ContactFinder<Dim, T>::Implementation
         return options.executor != nullptr ? *options.executor : default_executor();
     }
 
-    /// Finds the contacts of one pair, relative to the first object of the arranged pair.
+    /// find_one() finds the contacts of one pair, relative to the first object of the arranged pair.
     struct Arranged
     {
         narrow::Placed<Dim> placed;

@@ -219,7 +219,7 @@ void Caster<Dim>::meet_half_space(const V<Dim>& normal, double offset, std::uint
     hit(inside.enter, normal, part);
 }
 
-/// The first touch of a point that moves along the line with a convex shape, as in cast.cpp.
+/// Finds the first touch of a point that moves along the line with a convex shape, as in cast.cpp.
 template <int Dim>
 void Caster<Dim>::meet_by_distance(const Shape<Dim>& shape, std::uint32_t part)
 {

@@ -199,7 +199,7 @@ void weld(MeshData<Dim>& data, double reach)
             v = first[v];
 }
 
-/// The elements of each vertex; each once, also those that name it twice.
+/// Lists the elements of each vertex; each once, also those that name it twice.
 template <int Dim>
 void list_elements(MeshData<Dim>& data)
 {

@@ -98,7 +98,7 @@ class IdTable
         std::vector<std::uint32_t> generations; // 0 for indices that is_alive denies
         std::vector<Free> free;
     };
-    /// Takes back all ids that were handed out but whose objects aren't alive.
+    /// A picture as if all ids whose objects aren't alive hadn't been handed out.
     template <class IsAlive>
     [[nodiscard]] Picture picture(const IsAlive& is_alive) const
     {

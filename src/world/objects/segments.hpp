@@ -45,7 +45,7 @@ class Segments
         Place* const segment = segment_[s].load(std::memory_order_acquire);
         return segment == nullptr ? nullptr : segment + (index - first_of(s));
     }
-    /// Returns the segment of this place, filled with zeros if it is new. One thread at a time.
+    /// Makes the segment of this place, filled with zeros, unless it exists. One thread at a time.
     void make(std::uint32_t index)
     {
         const std::uint32_t s = segment_of(index);

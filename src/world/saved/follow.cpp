@@ -131,7 +131,7 @@ class Follow
     const ChangeLog& log_;
 };
 
-/// A view without objects, which has followed no world.
+/// Makes the view one without objects, which has followed no world.
 template <int Dim, class T>
 void empty_view(typename World<Dim, T>::Implementation& view) noexcept
 {

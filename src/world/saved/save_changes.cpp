@@ -27,7 +27,7 @@ Journal<Dim, T>& base_of(typename World<Dim, T>::Implementation& me)
     return *me.journal;
 }
 
-/// The objects whose records may differ from the base: ascending, each once.
+/// Lists the objects whose records may differ from the base: ascending, each once.
 template <int Dim, class T>
 void list_suspects(typename World<Dim, T>::Implementation& me, std::pmr::vector<std::uint32_t>& indices)
 {

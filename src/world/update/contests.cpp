@@ -140,7 +140,7 @@ class Contests
     {
         return state_.ids.is_good(id) && state_.objects[Index{id.index}].has(flag::contested);
     }
-    /// The object's old state, or its state when added.
+    /// Starts from the object's old state, or its state when added.
     void restart(Index index)
     {
         const auto addition =

@@ -93,7 +93,7 @@ void NeighbourLists<Dim, T>::begin_update() noexcept
     if (std::exchange(is_updating_, true)) invalidate_all();
 }
 
-/// Whether the entry has a usable list.
+/// Prepares a lookup in the entry's list, which is usable.
 template <int Dim, class T>
 void NeighbourLists<Dim, T>::look_at(const Entries<Dim, T>& entries, Entry entry, const List& list,
                                      Needs& needs) const noexcept

@@ -29,7 +29,7 @@ class Writer
 
     /// If `noted` isn't null, it gets the objects that are written to from now on, and whether they existed.
     void begin(std::pmr::vector<Noted>* noted) noexcept;
-    /// The queue whose commands come next, numbered from 1.
+    /// Sets the queue whose commands come next, numbered from 1.
     void set_queue(std::uint32_t queue);
     void add(const Addition<Dim, T>& addition);
     void apply(const Command<Dim, T>& command);
