@@ -170,8 +170,9 @@ enum class DrawKind : std::uint8_t
 ///
 /// Cost      an update is proportional to the commands, the objects that changed in it or in the two updates
 ///           before, and their pairs. A command takes 17 to 55 ns. Resting objects cost nothing, however
-///           many. Queueing never blocks; give an object only one command per update, since others are
-///           wasted. There is nothing to configure: no capacity, bounds, cell size or order of insertion.
+///           many. Threads that queue are never held back, so give an object only one command per update:
+///           others are wasted. There is nothing to configure: no capacity, bounds, cell size or order of
+///           insertion.
 /// Exact     closed boxes, compared in their own coordinates; nothing is dropped or capped.
 /// Threads   commands: from any number of threads, at any time, also during update() and inside callbacks.
 ///           Changes (update(), apply(), restore(), restore_changes(), clear() and follow()): one at a time;

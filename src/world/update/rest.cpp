@@ -9,9 +9,9 @@ JOSTLE_NAMESPACE_BEGIN
 namespace world {
 namespace {
 
-// This many may come to rest in any update in addition to new ones ...
+// At least this many may come to rest in any update, in addition to new ones ...
 constexpr std::size_t least_settling = 32;
-// ... and one in this many parked ones, which takes about as long as comparing an object with all of them.
+// ... and one in this many parked ones, which takes as long as comparing an object with all of them.
 constexpr std::size_t compared_per_settling = 1024;
 
 /// How many may come to rest in addition to new ones: about as many as have changed, so that no update takes
