@@ -7,7 +7,7 @@
 template <int Dim>
 struct Ordering
 {
-    /// 0 to 2^30 over the page; the lowest bits are the number of the object.
+    /// On each axis 0 to 2^30 over the page; the last column has the number of the object.
     alignas(64) std::int32_t column[Dim + 1][page_capacity];
 
     /// Returns a number that exactly `wanted` of the keys are below, more than none and fewer than all. Keys

@@ -139,7 +139,7 @@ struct Best
     T limit;
 };
 
-/// How many numbers sort_few takes; it can sort up to half as many ids.
+/// How many numbers sort_few takes. It pays for up to half as many ids.
 inline constexpr std::uint32_t most_sorted = lanes * lanes;
 
 /// The searches of one instruction set. All sets find the same results.

@@ -329,7 +329,7 @@ void Tree<Dim, T>::put(std::span<const std::uint32_t> ids, const View& boxes)
         if (page != none) remove_one(parts_, page, ids[i]);
         page = descend(parts_, key_of(parts_.frame, boxes[i], ids[i]));
     }
-    constexpr std::size_t ahead = 4; // objects being looked up in their pages
+    constexpr std::size_t ahead = 4; // how early the ids of a page are fetched, to look up an object
     for (std::size_t k = 0; k < staying_.size(); ++k) {
         if (k + ahead < staying_.size()) {
             const Page<Dim, T>& page = parts_.pages[parts_.page_of[ids[staying_[k + ahead]]]];

@@ -268,7 +268,7 @@ void clip_faces(Clip& clip, const Feature& a, const Feature& b)
     SmallVector<Corner, 24> room[2];
     SmallVector<Corner, 24>* now = &room[0];
     SmallVector<Corner, 24>* later = &room[1];
-    SmallVector<double, 24> inside; // each corner's distance to the inner side, times the side's length
+    SmallVector<double, 24> inside; // how far each corner is inside, times the side's length
     const std::uint16_t face_a = feature_id(face_feature, a.id), face_b = feature_id(face_feature, b.id);
     // b's loop runs clockwise as a sees it: backwards, side i - 1 leads from corner i.
     const std::size_t sides_a = a.point.size(), sides_b = b.point.size();

@@ -24,8 +24,8 @@ struct Simplex
 };
 
 inline constexpr int all_steps = 100; ///< after that only rounding is left
-/// The number of steps after which to leave it to another test; that once a plane separates the two; and that
-/// if none does.
+/// After how many steps another test takes over: in general, once a plane separates the two, and if none
+/// does.
 struct MostSteps
 {
     int steps = all_steps, parted = all_steps, unparted = all_steps;

@@ -20,7 +20,7 @@ class Caster
 
   private:
     [[nodiscard]] V<Dim> at(double t) const { return line_.origin + line_.way * t; }
-    /// The distance up to which it is tested: that of the nearest hit so far.
+    /// The distance up to which hits count: that of the nearest one so far.
     [[nodiscard]] double limit() const { return std::min(line_.most, best.at); }
     /// The error of heights over a shape's planes, all along the way to it.
     [[nodiscard]] double rounding_at(const Shape<Dim>& shape) const
