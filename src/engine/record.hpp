@@ -74,7 +74,7 @@ struct Grid
     T scale[3] = {1, 1, 1}; // quanta per unit
     T last[3] = {0, 0, 0};  // the greatest value below cells * 2^14
     std::int32_t cells[3] = {1, 1, 1};
-    /// Every box seen begins and ends at `origin` on this axis, as if a third axis isn't used. Quanta then
+    /// Every box seen begins and ends at `origin` on this axis, as on an unused third axis. Quanta then
     /// only tell before, at and after; otherwise all pairs would be ties.
     bool flat[3] = {false, false, false};
     /// A brick's number is x + cells_x (y + cells_y z).

@@ -58,7 +58,7 @@ void gather(const Parts<Dim, T>& parts, std::uint32_t number, Gathered<Dim, T>& 
 template <int Dim, class T>
 T spread_of(const Page<Dim, T>& page) noexcept;
 
-/// Replaces the objects of a page by these, in order. Leaves come from the pool, and go back to it.
+/// Replaces the objects of a page by these, sorted into leaves, which come from the pool and go back to it.
 template <int Dim, class T>
 void arrange(Parts<Dim, T>& parts, std::uint32_t number, const Gathered<Dim, T>& objects) noexcept;
 
