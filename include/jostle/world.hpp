@@ -309,10 +309,10 @@ class JOSTLE_API World : public Queries<World<Dim, T>, Dim, T, ObjectId, ObjectQ
     bool touching(ObjectId id, FunctionRef<bool(ObjectId id)> visitor) const;
 
     // --- Queries: those of Queries, about the bounds (margins and displacements included) of the objects as
-    // of the last update or apply(); disabled ones don't count --- Answers and orders are those of a BoxIndex
-    // whose ids are the indices of the objects' ids; the order of visits of regions, and of closest pairs at
-    // distance 0, may change after a restore(). Visitors may queue commands and read the world, but not
-    // update or restore it.
+    // of the last update or apply(); disabled ones don't count ---
+    // Answers and orders are those of a BoxIndex whose ids are the indices of the objects' ids; the order of
+    // visits of regions, and of closest pairs at distance 0, may change after a restore(). Visitors may queue
+    // commands and read the world, but not update or restore it.
     // The closest pairs of this world's own objects are those that their filters allow. Touching pairs that
     // `accept` refused are left out. It isn't called for pairs that don't touch, so those that it would
     // refuse are included. Between two worlds filters don't apply.
