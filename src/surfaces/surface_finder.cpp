@@ -48,8 +48,11 @@ std::size_t of_first(Kind kind)
 }
 bool share_a_vertex(Kind kind, const Vertices& v)
 {
-    const bool of_a = (v[0] == v[2]) | (v[0] == v[3]), of_b = (v[1] == v[2]) | (v[1] == v[3]);
-    return of_a | (kind == Kind::vertex_triangle ? v[0] == v[1] : of_b);
+    bool some = v[0] == v[2];
+    some |= v[0] == v[3];
+    some |= kind == Kind::vertex_triangle ? v[0] == v[1] : v[1] == v[2];
+    some |= kind == Kind::edge_edge && v[1] == v[3];
+    return some;
 }
 
 /// Where a pair's vertices are, one by one.

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Which pairs are certainly apart: if all corners of a pair's polygon are beyond `reach` along some
 // direction, so is the polygon, and if that is so at both ends of a step, it is so all the time, since
-// corners move straight. The direction tried is that of the point that is nearest to the origin, as far as floats
-// can tell; a worse one only tells fewer pairs apart. No include guard: kernels.cpp includes it once per set.
+// corners move straight. The direction tried is that of the point that is nearest to the origin, as far as
+// floats can tell; a worse one only tells fewer pairs apart. No include guard: kernels.cpp includes it once
+// per set.
 
 using Float = Vec<float>;
 

@@ -148,8 +148,8 @@ HWY_ATTR void distances(const PlaceBatch& pairs, std::uint32_t count, PartDistan
 }
 
 /// The polygon's normal, towards it, when the nearest points will have met if they go on as they do now, or
-/// now's if they don't come nearer. Along now's the fastest corner is there first, and only a part of the time that
-/// is left is gained. Along this one all corners arrive together, if none of them goes the other way.
+/// now's if they don't come nearer. Along now's the fastest corner is there first, and only a part of the
+/// time that is left is gained. Along this one all corners arrive together, if none goes the other way.
 template <int corners>
 HWY_ATTR HWY_INLINE Real3 face_ahead(const Motion<double, corners>& motion, const Nearest<double>& nearest,
                                      Real time, Real apart)
