@@ -4,10 +4,12 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "bench/neighbor_peers.hpp"
 #include "bench_run.hpp"
 #include "commands.hpp"
 #include "jostle/neighbors.hpp"
@@ -173,7 +175,7 @@ class NeighborTable : public BenchTable
     explicit NeighborTable(const BenchOptions& options) : BenchTable(options)
     {
         if (shown())
-            std::printf("%-10s %8s %7s  %-7s %10s %10s %10s %12s\n", "case", "atoms", "threads", "system",
+            std::printf("%-10s %8s %7s  %-9s %10s %10s %10s %12s\n", "case", "atoms", "threads", "system",
                         "ms", "min", "max", "neighbours");
     }
     void row(const char* system, const Case& of, std::uint64_t n, std::uint32_t threads,
@@ -188,7 +190,7 @@ class NeighborTable : public BenchTable
              {"max_ms", rounded(ms.back())},
              {"neighbors", found}});
         if (!shown()) return;
-        std::printf("%-10s %8llu %7u  %-7s %10.3f %10.3f %10.3f %12llu\n", of.name,
+        std::printf("%-10s %8llu %7u  %-9s %10.3f %10.3f %10.3f %12llu\n", of.name,
                     static_cast<unsigned long long>(n), threads, system, median(ms), ms.front(), ms.back(),
                     static_cast<unsigned long long>(found));
         std::fflush(stdout);
@@ -243,6 +245,16 @@ void run(const BenchOptions& options)
         if (std::max(found, ours) - std::min(found, ours) > ours / 10'000)
             table.differ(std::string(each->name) + ": " + std::to_string(ours) +
                          " neighbours, and cells finds " + std::to_string(found));
+#ifdef JOSTLE_WITH_PEERS
+        if (!options.peers || each->repeats || each->options.half) continue; // what it has
+        const std::unique_ptr<jostle_bench::NeighborPeer> peer = jostle_bench::make_nanoflann();
+        const std::vector<double> peer_ms =
+            sorted_times(2, options.frames, nothing, [&] { found = peer->find(atoms.at, each->cutoff); });
+        table.row(peer->name(), *each, atoms.at.size(), 1, peer_ms, found);
+        if (found != ours)
+            table.differ(std::string(each->name) + ": " + std::to_string(ours) + " neighbours, and " +
+                         peer->name() + " finds " + std::to_string(found));
+#endif
     }
     table.finish();
 }
@@ -253,12 +265,12 @@ all with whole-number shifts and vectors, in a periodic cell; open-3 and half-3 
 half-6 in a cell of 60 degrees; step-6, a call in which a skin of 1 Angstrom spares the search though atoms have
 moved by up to a quarter of it; systems-5, many open systems of 100 atoms in one call, 20 times as many atoms.
 Atoms are those of diamond, each up to 0.1 Angstrom aside. The system cells is a plain list of cells, whose rows
-come in no order, on one thread.
+come in no order, on one thread. So is nanoflann, a k-d tree, with --peers in open space; it must find the same.
 
 Examples:
   jostle bench neighbors
   jostle bench neighbors open-6 half-6 -n 1000000 --threads 1,2
-  jostle bench neighbors --json -)";
+  jostle bench neighbors --peers --json -)";
 
 } // namespace
 
@@ -272,6 +284,7 @@ void add_bench_neighbors_command(const Command& bench)
     add_thread_counts_option(command, options.threads);
     command.seed(options.seed, "Other atoms of the same kind (1)");
     add_rows_file_option(command, options.json);
+    command.flag("--peers", options.peers, "nanoflann as well, where the build has it");
 }
 
 } // namespace jostle_tool
