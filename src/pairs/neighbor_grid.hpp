@@ -276,7 +276,7 @@ struct NeighborGrid
     static constexpr double far = sizeof(T) == 4 ? 32768 : 1073741824; // periods
     // A cell's points look at the same others, which costs time once for all of them. So there should be some
     // of them; but a cell that is larger has more points that are too far away.
-    static constexpr double wanted_in_cell = 48;
+    static constexpr double wanted_in_cell = 24;
     static constexpr double least_edge = 1 + 1e-9; // of cutoffs: then the next cells are enough
     static constexpr int most_levels = 24;         // the last has all smaller ones
 
@@ -402,13 +402,13 @@ struct NeighborGrid
     }
 
     /// Fits the grid to points, of which each set has some. Each looks `more` further than its cutoff.
-    void fit(const PointSet<Dim, T>& a, const PointSet<Dim, T>& b, const CutoffRule<T>& rule, T more)
+    void fit(std::span<const PointSet<Dim, T>* const> sets, const CutoffRule<T>& rule, T more)
     {
         constexpr double infinity = std::numeric_limits<double>::infinity();
         double spread = 0;
         for (int d = 0; d < Dim; ++d) {
             double least = infinity, most = -infinity;
-            for (const auto* set : {&a, &b})
+            for (const auto* set : sets)
                 for (const Vec<Dim, T>& point : set->points) {
                     least = std::min(least, static_cast<double>(point[d]));
                     most = std::max(most, static_cast<double>(point[d]));
@@ -418,7 +418,7 @@ struct NeighborGrid
         }
         for (int k = 0; k < Dim; ++k) {
             low[k] = infinity, high[k] = -infinity;
-            for (const auto* set : {&a, &b})
+            for (const auto* set : sets)
                 for (std::size_t i = 0; i < set->points.size(); ++i) {
                     const double f = fraction(set->points[i], k);
                     if (repeats[k] && !(std::abs(f) <= far))
@@ -433,7 +433,7 @@ struct NeighborGrid
         }
         const double greatest = static_cast<double>(rule.greatest + more);
         bound(greatest, spread);
-        tell_levels(a, b, rule, more);
+        tell_levels(sets, rule, more);
         for (int level = 0; level < level_count; ++level) {
             GridLevel<Dim, T>& each = levels[level];
             const T cutoff = rule.greatest_of(each.radius, each.radius) + more;
@@ -459,7 +459,7 @@ struct NeighborGrid
             double seen = 0; // by all points in their own cells
             for (std::size_t c = each.begin; c < end; ++c)
                 seen += in_cell(c) * in_cell(c);
-            if (seen <= 4 * wanted_in_cell * static_cast<double>(each.points)) continue;
+            if (seen <= 8 * wanted_in_cell * static_cast<double>(each.points)) continue;
             each.edge = std::max(each.edge / 2, least_edge);
             any = true;
         }
@@ -498,16 +498,17 @@ struct NeighborGrid
     }
 
     /// A level has the radii with which cutoffs are between a half of its greatest and that.
-    void tell_levels(const PointSet<Dim, T>& a, const PointSet<Dim, T>& b, const CutoffRule<T>& rule, T more)
+    void tell_levels(std::span<const PointSet<Dim, T>* const> sets, const CutoffRule<T>& rule, T more)
     {
         GridLevel<Dim, T> by_halves[most_levels] = {};
         const auto cutoff = [&](T radius) { return static_cast<double>(rule(radius, 0, radius, 0) + more); };
         T greatest = 0;
-        for (const auto* set : {&a, &b})
+        for (const auto* set : sets)
             for (const T radius : set->radii)
                 greatest = std::max(greatest, radius);
         const double most = cutoff(greatest);
-        for (const auto* set : {&a, &b})
+        for (const auto* set : sets) {
+            if (!rule.of_radii) by_halves[0].points += set->points.size();
             for (std::size_t i = 0; rule.of_radii && i < set->points.size(); ++i) {
                 const T radius = set->radii[i];
                 const double part = most / cutoff(radius); // infinite for 0
@@ -516,7 +517,7 @@ struct NeighborGrid
                 level.radius = std::max(level.radius, radius);
                 ++level.points;
             }
-        if (!rule.of_radii) by_halves[0].points = a.points.size() + b.points.size();
+        }
         level_count = 0;
         for (const GridLevel<Dim, T>& level : by_halves)
             if (level.points != 0) levels[level_count++] = level;
@@ -542,7 +543,7 @@ struct NeighborGrid
             all *= size[k];
         }
         const double most =
-            std::min(std::max(64.0, 2 * static_cast<double>(level.points)), std::ldexp(1, 31));
+            std::min(std::max(64.0, 4 * static_cast<double>(level.points)), std::ldexp(1, 31));
         while (all > most) { // sparse: no more cells than that
             int longest = 0;
             for (int k = 1; k < Dim; ++k)

@@ -13,6 +13,7 @@
 #include <limits>
 #include <memory_resource>
 #include <new>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -749,8 +750,10 @@ struct NeighborFinder<Dim, T>::Implementation
     {
         neighbors::NeighborGrid<Dim, T> fitted;
         fitted.set_axes(request.cell);
+        const Set* const sets[] = {&request.a, &request.b};
         if (request.somebody())
-            fitted.fit(request.a, request.b, request.rule, static_cast<T>(request.options.skin));
+            fitted.fit(std::span(sets).first(request.two_sets ? 2 : 1), request.rule,
+                       static_cast<T>(request.options.skin));
         return fitted;
     }
 
