@@ -18,7 +18,8 @@ const measured = JSON.parse(
   readFileSync(path.join(here, "../../bench/results/epyc-zen5-2-cores/peers-3d.json"), "utf8"),
 ).filter((row) => row.scene === scene && row.n === n && row.threads === 1 && row.system !== "floor");
 const times = measured.map(({ system, median_ms }) => [system, median_ms]).sort((a, b) => a[1] - b[1]);
-if (times[0]?.[0] !== "jostle" || times.length < 2) throw new Error("nothing to compare with, or lost: choose another scene");
+if (times[0]?.[0] !== "jostle" || times.length < 2)
+  throw new Error("nothing to compare with, or lost: choose another scene");
 
 const server = await preview({
   configFile: false,

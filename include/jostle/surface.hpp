@@ -72,10 +72,10 @@ vertex_triangle_distance(const std::array<Vec3d, 4>& positions) noexcept;
                                                                 const std::array<Vec3d, 4>& to,
                                                                 double distance = 0, double tolerance = 1e-6);
 
-/// Many pairs in a call, on this thread, in a small part of the time: found[i] is what the functions above say
-/// of positions[i], and times[i] what they say of from[i] and to[i], infinity for nothing.
-/// Errors   as above, and `Error` for spans of different sizes. Error::index is the pair at fault; times before
-///          it are written.
+/// The same for many pairs in one call, on this thread, several times as fast: found[i] is what the functions
+/// above return for positions[i], and times[i] for from[i] and to[i], infinity if they return nothing.
+/// Errors   as above, and `Error` for spans of different sizes. Error::index is the pair at fault; times
+///          before it are written.
 JOSTLE_API void vertex_triangle_distances(std::span<const std::array<Vec3d, 4>> positions,
                                           std::span<PartDistance> found);
 JOSTLE_API void edge_edge_distances(std::span<const std::array<Vec3d, 4>> positions,
