@@ -225,6 +225,23 @@ TEST(SurfaceParts, ImpactsAtTheBeginningAndTheEnd)
     EXPECT_EQ(jostle::edge_edge_impact(all_in_one, all_in_one), 0.0);
 }
 
+/// Corners that are in one place at the end, where neither the nearest points' direction nor the polygon's normal
+/// gets any further near it.
+TEST(SurfaceParts, CornersThatMeetAtTheEndAreFoundThere)
+{
+    const std::pair<Four, Four> of_vertex[] = {
+        {{{{1, 1, 1}, {1, 2, 2}, {3, 2, 0}, {3, 1, 2}}}, {{{2, 3, 2}, {3, 0, 3}, {1, 3, 1}, {2, 3, 2}}}},
+        {{{{2, 0, 1}, {1, 1, 0}, {2, 0, 0}, {0, 2, 0}}}, {{{1, 1, 2}, {0, 2, 1}, {3, 1, 3}, {2, 0, 3}}}}};
+    for (const auto& [from, to] : of_vertex)
+        EXPECT_NEAR(jostle::vertex_triangle_impact(from, to).value(), 1, 1e-12);
+    const std::pair<Four, Four> of_edges[] = {
+        {{{{1, 1, 0}, {3, 1, 3}, {3, 2, 1}, {1, 0, 3}}}, {{{2, 3, 2}, {3, 2, 1}, {2, 3, 2}, {0, 1, 2}}}},
+        {{{{0, 0, 0}, {1, 1, 2}, {1, 1, 1}, {0, 3, 2}}}, {{{0, 1, 0}, {0, 1, 2}, {2, 2, 2}, {0, 1, 2}}}},
+        {{{{1, 1, 0}, {2, 0, 0}, {0, 1, 0}, {2, 0, 1}}}, {{{2, 3, 2}, {3, 2, 0}, {0, 1, 2}, {3, 2, 0}}}}};
+    for (const auto& [from, to] : of_edges)
+        EXPECT_NEAR(jostle::edge_edge_impact(from, to).value(), 1, 1e-12);
+}
+
 std::string refusal(const std::function<void()>& call, std::uint64_t index)
 {
     try {
