@@ -89,12 +89,17 @@ class ShiftedVectors
     };
     const Shifted& near(std::uint32_t code) const { return near_[code]; }
 
+    /// `sum` is that of the cell's vectors for the shift.
+    static Vec<Dim, T> between(const Vec<Dim, T>& from, const Vec<Dim, T>& to, const Vec<Dim, T>& sum)
+    {
+        return (to - from) + sum;
+    }
     Vec<Dim, T> between(const Vec<Dim, T>& from, const Vec<Dim, T>& to, const Periods<Dim>& shift) const
     {
         bool is_near = true;
         for (const std::int32_t periods : shift)
             is_near &= static_cast<std::uint32_t>(periods) + 1 < 3;
-        return (to - from) + (is_near ? near_[code_of<Dim>(shift, near_bits)].sum : sum_of(shift));
+        return between(from, to, is_near ? near_[code_of<Dim>(shift, near_bits)].sum : sum_of(shift));
     }
 
   private:

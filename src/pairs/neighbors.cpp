@@ -587,7 +587,8 @@ struct NeighborFinder<Dim, T>::Implementation
                       for (std::size_t k = 0; k < count; ++k) {
                           const auto& near = request.vectors.near(code(k));
                           to[k] = near.shift;
-                          if (vectors != nullptr) vectors[k] = (points[neighbor[k]] - from) + near.sum;
+                          if (vectors != nullptr)
+                              vectors[k] = request.vectors.between(from, points[neighbor[k]], near.sum);
                       }
                       return;
                   }
