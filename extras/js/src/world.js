@@ -262,7 +262,8 @@ export class World extends Owned {
     const pairs = new Float64Array(2 * count), reasons = new Uint8Array(count);
     const rows = this.core.numbers(pointer, 3 * count); // a, b, reason
     for (let i = 0; i < count; ++i) {
-      pairs.set(rows.subarray(3 * i, 3 * i + 2), 2 * i);
+      pairs[2 * i] = rows[3 * i];
+      pairs[2 * i + 1] = rows[3 * i + 1];
       reasons[i] = rows[3 * i + 2];
     }
     return { pairs, reasons };
