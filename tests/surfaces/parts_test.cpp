@@ -225,8 +225,8 @@ TEST(SurfaceParts, ImpactsAtTheBeginningAndTheEnd)
     EXPECT_EQ(jostle::edge_edge_impact(all_in_one, all_in_one), 0.0);
 }
 
-/// Corners that are in one place at the end, where neither the nearest points' direction nor the polygon's normal
-/// gets any further near it.
+/// Corners that are in one place at the end, where neither the nearest points' direction nor the polygon's
+/// normal gets any further near it.
 TEST(SurfaceParts, CornersThatMeetAtTheEndAreFoundThere)
 {
     const std::pair<Four, Four> of_vertex[] = {
