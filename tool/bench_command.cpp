@@ -394,9 +394,8 @@ std::string help()
         text += line;
     }
     return text + R"(
-Each row is the median of the frames after 3 that aren't counted. Frames in which the operating system took
-a core away are replaced by further ones, as many again at most. All systems on a scene must find the same
-pairs in every frame: if they don't, the exit status is 1.
+Each row is a median, after 3 frames of warm-up. Frames in which the operating system took a core away are
+repeated, up to as many again. If systems find different pairs in any frame, the exit status is 1.
 
 Examples:
   jostle bench                                    the seven usual scenes, 100,000 boxes
@@ -405,12 +404,12 @@ Examples:
   jostle bench uniform -n 1000,10000 --engine chapter
   jostle bench --peers --report report.html       beside other systems, with plots
   jostle bench world                              objects that move and rest, and events
-  jostle bench queries                          rays, regions, nearest objects
-  jostle bench contacts                           where shapes touch, pair by pair
-  jostle bench distances                          how far shapes are apart, and when they meet
+  jostle bench queries                            rays, regions, nearest objects
+  jostle bench contacts                           contacts of shapes, pair by pair
+  jostle bench distances                          distances of shapes, and times of impact
   jostle bench plane                              distances and contacts of shapes in 2D
   jostle bench neighbors                          neighbour lists of atoms
-  jostle bench responses                          work on pairs shared out, and what it does added up
+  jostle bench responses                          work on pairs, with results added up per object
   jostle bench scenes                             many small scenes in one call
   jostle bench programs                           a game server, grains and a planner, part by part)";
 }
@@ -419,7 +418,7 @@ Examples:
 
 void add_bench_command(const Command& app)
 {
-    const Command command = app.add("bench", "How long a frame of moving boxes takes", help());
+    const Command command = app.add("bench", "Times searches of moving boxes", help());
     const auto options = std::make_shared<Options>();
     command.texts("SCENE", options->scenes, "Which scenes; the seven usual ones if none is given");
     add_sizes_option(command, options->sizes, "100000");

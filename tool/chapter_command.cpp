@@ -608,10 +608,10 @@ void run(const Options& options)
 
 constexpr const char* help =
     R"(Measures figures 4.9, 4.10, 4.12 and 4.13 (cache lines shared between cores, or not), the shares of
-Alg. 13 and 14, the hash of Alg. 7 and the batches of Alg. 11, and prints them beside the chapter's numbers.
-The work grows with n * n: at 100,000 objects it is a hundred times that of the default.
-With --ladder, the eight steps from the printed broad phase to today's engine on the same boxes, each checked against
-the engine; ways to share work out and to add up responses. With --cells, the grid with one cell size after the other.
+Alg. 13 and 14, the hash of Alg. 7 and the batches of Alg. 11, and compares them with the chapter's numbers.
+The work grows with n * n: 100,000 objects take a hundred times as long as the default.
+--ladder measures eight steps from the printed broad phase to today's engine on the same boxes, each checked against
+the engine, and ways to divide work and to add up responses. --cells measures the grid with each cell size.
 
 JSON rows: {"figure","variant","threads","tests","ms"} for one thread and for all, tests on all threads
 together; {"figure","variant","processor","threads","tests"} for the shares of Alg. 13 and 14. With --ladder and
@@ -633,8 +633,8 @@ void add_chapter_command(const Command& app)
     const auto options = std::make_shared<Options>();
     command.spaced_numbers(
         "-n", options->objects, 2u, 4'000'000'000u, "N",
-        "How many objects: 9993 if not given, whose tests the chapter counts; with --ladder several "
-        "numbers (10000,100000), with --cells 100000");
+        "How many objects: 9993, as in the chapter; with --ladder several numbers (10000,100000), with "
+        "--cells 100000");
     command.flag("--ladder", options->ladder, "Step by step from the printed broad phase to today's engine");
     command.spaced_numbers("--cells", options->cells, "SIZE",
                            "The grid with each of these cell sizes, of 100,000 objects");

@@ -63,8 +63,7 @@ std::string meant_option(const CLI::App& app)
 
 void add_commands(CLI::App& app)
 {
-    app.description(
-        "Which boxes touch: finds all pairs of touching axis-aligned boxes, exactly, on all cores.");
+    app.description("Finds all pairs of axis-aligned boxes that touch, exactly, on all cores.");
     app.name("jostle");
     app.set_version_flag("--version", version, "Print the version and exit");
     app.require_subcommand(1);
@@ -83,11 +82,11 @@ void add_commands(CLI::App& app)
     add_manual_command(app);
     app.footer(R"(Examples:
   jostle pairs boxes.csv            the touching pairs of a file of boxes
-  jostle bench uniform -n 1000000   how long a million boxes take
-  jostle chapter                    the chapter's figures on this machine
+  jostle bench uniform -n 1000000   time a million boxes
+  jostle chapter                    the thesis chapter's figures on this machine
   jostle demo                       recorded moving boxes, frame by frame
-  jostle compare mine.jrec          what every system takes on your own boxes
-  jostle surface cloth.obj          what of a mesh is near itself, or crosses itself
+  jostle compare mine.jrec          time every system on your own boxes
+  jostle surface cloth.obj          where a mesh is near itself, or crosses itself
   jostle report result.json         saved measurements as a page with plots
   jostle simulate                   bodies that fall, collide and come to rest
   jostle replay mine.jrec           recorded boxes in your browser

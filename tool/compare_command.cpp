@@ -540,12 +540,11 @@ void run(const Options& options)
 
 constexpr const char* help =
     R"(FILE is a recording of your program's boxes, which jostle::Recorder writes (three lines in your program; see
-docs/guide/compare.md), or a CSV file, array or mesh; several of these are frames, in the order of their names as
-given.
+docs/guide/compare.md), or a CSV file, array or mesh; several of these are frames, in the order given.
 
-Prints what a frame takes with a PairFinder, with a World that is told what moved, and with each other system
-that the build has (--peers); whether all find the same pairs; memory that each holds; where the time goes; and
-what would make it faster. The exit status is 1 if they disagree.
+Times each frame with a PairFinder, with a World that is told what moved, and with each other system that the build
+has (--peers). Prints whether all find the same pairs, the memory of each, where the time goes, and what would make
+it faster. The exit status is 1 if they disagree.
 
 Examples:
   jostle compare mine.jrec
@@ -557,7 +556,7 @@ Examples:
 
 void add_compare_command(const Command& app)
 {
-    const Command command = app.add("compare", "What every system takes on your own boxes", help);
+    const Command command = app.add("compare", "Times every system on your own boxes", help);
     const auto options = std::make_shared<Options>();
     command.required("FILE", options->files, "", "A recording, or files of boxes, one a frame");
     add_thread_counts_option(command, options->threads);

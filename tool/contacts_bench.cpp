@@ -329,12 +329,11 @@ void run(const BenchOptions& options)
 void add_bench_contacts_command(const Command& bench)
 {
     const auto [command, options] = add_bench_part(
-        bench, "contacts", "How long the detailed test of a pair of shapes takes",
+        bench, "contacts", "Times contacts of shapes",
         R"(Pairs: of spheres, boxes, capsules, cylinders, cones, ellipsoids, hulls (32 corners each), and a mesh (20,000
-triangles). Bodies are about 1 m; gaps are spread from -0.1 to 0.1 m, so that half of the pairs touch. Timed is all
-that it takes to get from poses to contact points; in the rows `points`, to the deepest point of each contact
-(find_points). Other systems keep margins and depths of their own: their numbers of touching pairs differ. Bullet
-has no ellipsoids.
+triangles). Bodies are about 1 m; gaps are spread from -0.1 to 0.1 m, so that half of the pairs touch. Times go from
+poses to contact points; in the rows `points`, to the deepest point of each contact (find_points). Other systems
+have margins and depths of their own, so their numbers of touching pairs differ. Bullet has no ellipsoids.
 
 Examples:
   jostle bench contacts

@@ -23,7 +23,7 @@ Examples:
 
 void add_demo_command(const Command& app)
 {
-    const Command command = app.add("demo", "Recorded moving boxes, then a million: timed and checked", help);
+    const Command command = app.add("demo", "Plays recorded boxes, then a million: timed and checked", help);
     const auto options = std::make_shared<DemoOptions>();
     command.text("--recording", options->recording, "FILE", "Play this recording (.jrec)");
     command.number("-n", options->boxes, 1, 10'000'000, "N", "How many boxes in the second part (1,000,000)");

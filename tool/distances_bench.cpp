@@ -269,17 +269,16 @@ void run(const BenchOptions& options)
 void add_bench_distances_command(const Command& bench)
 {
     add_pair_queries(
-        bench, "distances",
-        "How long the distance of two shapes takes, whether they touch, and when they will",
+        bench, "distances", "Times distances, touching tests and impacts of shapes",
         R"(Pairs: of spheres, capsules, boxes, cylinders, cones, ellipsoids, hulls of 24 corners, and closed
 meshes of 1936 (link) and 50,176 triangles (mesh). Bodies are about 1 m, in double; gaps are spread from 0.02 to
 0.5 m, and the greatest distance asked for is open. One thread.
 
 Queries: distance, touching, overlap, depth and impact (both turn by 1 radian, b comes towards a) one pair at a
-time; distances all at once. For overlap, which is touching where the answer is yes, and depth, b is moved along
-the gap until both overlap by 0.01 to 0.1 m; the depth of meshes is that of the two triangles that overlap
-deepest, as each system defines it. Jostle's depth is the least one, which FCL has in another way: least depth.
-The mean of the answers says that systems agree: a distance or depth in m, the share that touches, or a time.
+time; distances all at once. For overlap (touching, with the answer yes) and depth, b is moved along the gap until
+both overlap by 0.01 to 0.1 m; the depth of meshes is that of the two triangles that overlap deepest, as each
+system defines it. Jostle's depth is the least one, which FCL computes in another call: least depth. Compare the
+mean answers to see that systems agree: a distance or depth in m, the share that touches, or a time.
 Bullet, in float, has no ellipsoids, no distance to a mesh without a limit, and no exact test of two meshes.
 
 Examples:

@@ -109,7 +109,7 @@ void add_distribute_command(const Command& app)
 {
     const auto options = std::make_shared<Options>();
     const Command command = app.add(
-        "distribute", "One scene over many ranks of MPI, on this machine, beside an all-gather of its boxes",
+        "distribute", "Times a scene over several MPI ranks on this machine, and an all-gather of its boxes",
         R"(Examples:
   jostle distribute uniform -n 1000000 --ranks 2
   jostle distribute clustered -n 1000000 --predict 64,256,1000)");
@@ -120,7 +120,7 @@ void add_distribute_command(const Command& app)
     command.number("--frames", options->frames, 1, 100'000, "F", "How many frames are timed (20)");
     command.number("--seed", options->seed, 0, ~std::uint64_t{0}, "SEED", "Of the scene (1)");
     command.numbers("--predict", options->predict, 1u, 4096u, "R",
-                    "Times nothing: counts what so many ranks would search and send, several with commas");
+                    "Count what that many ranks would search and send, without timing; several with commas");
     add_rows_file_option(command, options->json);
     command.on_run([options] { distribute(*options); });
 }

@@ -128,9 +128,9 @@ constexpr const char* help =
 void add_manual_command(CLI::App& app)
 {
     const Command command =
-        Command(app).add("manual", "All of this as a manual page, or as completion for bash", help);
+        Command(app).add("manual", "Prints all help as a manual page, or completion for bash", help);
     const auto bash = std::make_shared<bool>(false);
-    command.flag("--bash", *bash, "Completion for bash rather than the manual page");
+    command.flag("--bash", *bash, "Completion for bash instead of the manual page");
     command.on_run([&app, bash] {
         OutputFile out("-");
         out.write(*bash ? completion(app) : manual_page(app));

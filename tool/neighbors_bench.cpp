@@ -262,10 +262,10 @@ void run(const BenchOptions& options)
 constexpr const char* help =
     R"(Cases: open-6, rows of neighbours in open space within 6 Angstrom; half-6, each pair once, and vectors-6,
 all with whole-number shifts and vectors, in a periodic cell; open-3 and half-3 within 3 Angstrom; skewed-6, as
-half-6 in a cell of 60 degrees; step-6, a call in which a skin of 1 Angstrom spares the search though atoms have
-moved by up to a quarter of it; systems-5, many open systems of 100 atoms in one call, 20 times as many atoms.
-Atoms are those of diamond, each up to 0.1 Angstrom aside. The system cells is a plain list of cells, whose rows
-come in no order, on one thread. So is nanoflann, a k-d tree, with --peers in open space; it must find the same.
+half-6 in a cell of 60 degrees; step-6, a call without a search, since atoms have moved by at most a quarter of the
+skin of 1 Angstrom; systems-5, many open systems of 100 atoms in one call, 20 times as many atoms.
+Atoms are those of diamond, each moved by up to 0.1 Angstrom. The system cells is a plain cell list on one thread,
+with unsorted rows. --peers adds nanoflann, a k-d tree, on one thread in open space; it must find the same.
 
 Examples:
   jostle bench neighbors
@@ -276,8 +276,8 @@ Examples:
 
 void add_bench_neighbors_command(const Command& bench)
 {
-    const auto [command, options] = add_bench_part(bench, "neighbors", "What neighbour lists of atoms take",
-                                                   help, run, {.count = 50'000, .frames = 15});
+    const auto [command, options] = add_bench_part(bench, "neighbors", "Times neighbour lists of atoms", help,
+                                                   run, {.count = 50'000, .frames = 15});
     command.texts("CASE", options.names, "Which cases; all if none is given");
     command.number("-n", options.count, 8, 100'000'000, "N", "How many atoms, about (50000)");
     command.number("--repetitions", options.frames, 1, 100'000, "R", "How often each is measured (15)");

@@ -189,13 +189,13 @@ Examples:
 
 void add_pairs_command(const Command& app)
 {
-    const Command command = app.add("pairs", "All pairs of touching boxes of a file", help);
+    const Command command = app.add("pairs", "Finds all touching pairs among the boxes of a file", help);
     const auto options = std::make_shared<Options>();
     command.required("FILE", options->in, "", "The boxes");
     command.text("-o,--output", options->out, "OUT", "Where the pairs go: .csv, .npy or .jsonl; - is stdout");
     command.flag("--stats", options->stats,
                  "Print one JSON object: objects, pairs, checksum, threads, ms. Without -o the pairs are "
-                 "counted and not kept");
+                 "only counted");
     add_engine_option(command, options->engine);
     command.threads(options->threads);
     command.flag("--parts", options->read.parts, "Meshes: one box per part as the scene places it");

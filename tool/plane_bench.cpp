@@ -176,15 +176,14 @@ void run(const BenchOptions& options)
 void add_bench_plane_command(const Command& bench)
 {
     add_pair_queries(
-        bench, "plane",
-        "How long the distance of two shapes in 2D takes, whether they touch, and their contact",
+        bench, "plane", "Times distances, touching tests and contacts of shapes in 2D",
         R"(Pairs: two circles, capsules, boxes, triangles, octagons, polygons of 24 or 100 corners, or ellipses.
 Bodies are about 1 m, in double; gaps are spread from 0.02 to 0.5 m, and the greatest distance asked for is
 open. One thread.
 
-Queries: distance, touching, overlap and depth one pair at a time; contacts all at once. For overlap, which is
-touching where the answer is yes, depth and contacts, b is moved until both overlap by 0.01 to 0.1 m. The mean of
-the answers says that systems agree: a distance or depth in m, the share that touches, or points a contact.
+Queries: distance, touching, overlap and depth one pair at a time; contacts all at once. For overlap (touching,
+with the answer yes), depth and contacts, b is moved until both overlap by 0.01 to 0.1 m. Compare the mean
+answers to see that systems agree: a distance or depth in m, the share that touches, or points a contact.
 Box2D, in float, has no ellipses, no depth, no contact of two capsules, and polygons of up to 8 corners.
 
 Examples:

@@ -801,17 +801,17 @@ void run(const BenchOptions& options)
 void add_bench_programs_command(const Command& bench)
 {
     const auto [command, options] =
-        add_bench_part(bench, "programs", "What whole programs take: a game server, grains, a planner",
+        add_bench_part(bench, "programs", "Times whole programs: a game server, grains, a planner",
                        listed("Programs", programs, 10) + R"(
-Each row is one part of a program, once: a tick's moves with their events, who sees whom, shots; a search for a
-Verlet list, forces summed up; what touches the rock, the arm itself, the first link that does, distances. The
-total is the sum of the parts that all systems may have; beside it stands how many times ours of the same parts it
-is. The boxes are the queries on which time once grew beyond all bounds.
+Each row is one part of a program: a tick's moves with their events, what each player sees, shots; a search for a
+Verlet list, sums of forces; contacts with the rock, the arm with itself, the first link that touches, distances. The
+total is the sum of the parts that all systems may have, and its ratio to Jostle's time for the same parts. The boxes
+are queries that once took far too long.
 
 Peers, on one thread: Bullet's trees and FCL's (server); linked cells, Bullet's trees and FCL's with images of the
 balls near the ends of an axis, and a plain loop (grains); Bullet and FCL pair after pair (planner; measured once).
-What a system can't be asked is a part with "-", without a row of JSON: rays of FCL, two meshes of Bullet, which
-finds some that don't touch. Answers must agree: if they don't, the exit status is 1.
+A part that a system doesn't offer is "-", without a row of JSON: rays of FCL, two meshes of Bullet, which finds
+some that don't touch. If answers differ, the exit status is 1.
 
 Examples:
   jostle bench programs

@@ -257,12 +257,12 @@ void run(const BenchOptions& options)
 void add_bench_queries_command(const Command& bench)
 {
     const auto [command, options] = add_bench_part(
-        bench, "queries", "How long rays, regions and nearest objects take", listed("Queries", rows, 11) + R"(
+        bench, "queries", "Times rays, regions and nearest objects", listed("Queries", rows, 11) + R"(
   build      the index, once
   join       which of the boxes touch each of them, once for all
 
-The boxes lie still; places and directions are random, near some box. Asked in batches, on all threads. Ours are
-sorted lists, the others' are lists in any order. All systems must find the same: if they don't, the exit status is 1.
+The boxes lie still; places and directions are random, near some box. Jostle answers in batches, on all threads, with
+sorted lists; the others' lists have any order. If systems find different boxes, the exit status is 1.
 
 Examples:
   jostle bench queries                              uniform boxes, 10,000 to 1,000,000

@@ -64,9 +64,9 @@ void run(const Options& options)
 }
 
 constexpr const char* help =
-    R"(Serves the page that shows Jostle at work, with this file opened on it: boxes that move, lit where they touch,
-with the pairs and the time of each frame. Open the address that is printed; it is this machine's alone, and nothing
-leaves it. Exit status 0 when Ctrl-C ends it.
+    R"(Serves the web demo with this file opened: moving boxes, lit where they touch, with the pairs and the time of each
+frame. Open the address that is printed. Only this machine can reach it, and nothing leaves it. Ctrl-C ends it with
+exit status 0.
 
 Examples:
   jostle replay mine.jrec            recorded by jostle::Recorder in your program, or by jostle simulate --record

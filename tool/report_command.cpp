@@ -215,10 +215,10 @@ void run(const Options& options)
 }
 
 constexpr const char* help =
-    R"(Reads what commands of jostle wrote for their --json, several files if need be, and writes one HTML page that needs
-no other file: tables, and plots of time against the number of objects, sizes and threads, of Jostle's stages, and of
-systems side by side. Instruction sets are systems of their own, but for the one that comes first; of rows that
-measured the same the first counts. A file machine.txt beside a result is quoted. Plots want gnuplot.
+    R"(Reads files that other commands wrote with --json, and writes one self-contained HTML page: tables, and plots of
+time against the number of objects, sizes and threads, of Jostle's stages, and of all systems. Instruction sets
+after the first count as further systems. If two rows measured the same, the first is used. A file machine.txt
+beside a result is quoted. Plots need gnuplot.
 
 Examples:
   jostle report result.json
@@ -228,7 +228,7 @@ Examples:
 
 void add_report_command(const Command& app)
 {
-    const Command command = app.add("report", "Saved measurements as one HTML page, with plots", help);
+    const Command command = app.add("report", "Writes saved measurements as an HTML page with plots", help);
     const auto options = std::make_shared<Options>();
     command.required("FILE", options->files, "TEXT", "Measurements (.json)");
     command.text("-o", options->out, "FILE", "The page (report.html)");

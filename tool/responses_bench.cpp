@@ -265,8 +265,8 @@ void run(const BenchOptions& options)
 }
 
 constexpr const char* help =
-    R"(A frame goes from nothing to the sum per object: Responses, one mutex per object, and a
-compare-and-swap loop on each number. The three sums must be the same, or the exit status is 1.
+    R"(Each frame computes a sum per object in three ways: Responses, a mutex per object, and a compare-and-swap
+loop on each number. If the sums differ, the exit status is 1.
 
 Examples:
   jostle bench responses
@@ -277,8 +277,8 @@ Examples:
 void add_bench_responses_command(const Command& bench)
 {
     const auto [command, options] =
-        add_bench_part(bench, "responses", "What sharing out work on pairs costs, and adding up what it does",
-                       help, run, {.count = 100'000, .frames = 15});
+        add_bench_part(bench, "responses", "Times work on pairs, with results added up per object", help, run,
+                       {.count = 100'000, .frames = 15});
     command.number("-n", options.count, 1, 10'000'000, "N", "How many objects (100000)");
     command.number("--frames", options.frames, 1, 10'000, "F", "How many frames are counted (15)");
     command.threads(options.threads.front());

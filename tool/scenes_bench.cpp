@@ -110,9 +110,9 @@ void run(const BenchOptions& options)
 }
 
 constexpr const char* help =
-    R"(Scenes of n boxes each, so many that there are 262,144 boxes in all: find_scenes, which takes all threads,
-find for each scene on one thread, and the parts: the least that a scene takes when it is searched again
-and again, times the scenes. All must find as many pairs, or the exit status is 1.
+    R"(Scenes of n boxes each, 262,144 boxes in all: find_scenes on all threads, find for each scene on one thread,
+and the parts: the least time of one scene that is searched repeatedly, times the number of scenes. If the numbers
+of pairs differ, the exit status is 1.
 
 Examples:
   jostle bench scenes
@@ -123,7 +123,7 @@ Examples:
 void add_bench_scenes_command(const Command& bench)
 {
     const auto [command, options] =
-        add_bench_part(bench, "scenes", "What many small scenes in one call take", help, run,
+        add_bench_part(bench, "scenes", "Times many small scenes in one call", help, run,
                        {.sizes = {2, 16, 64, 128, 256, 1'000}, .count = 262'144, .frames = 15});
     add_sizes_option(command, options.sizes, "2,16,64,128,256,1000");
     command.number("--boxes", options.count, 1, 10'000'000, "N", "How many boxes in all (262144)");

@@ -253,7 +253,8 @@ Examples:
 
 void add_simulate_command(const Command& app)
 {
-    const Command command = app.add("simulate", "Bodies that fall, collide and come to rest", help());
+    const Command command =
+        app.add("simulate", "Simulates bodies that fall, collide and come to rest", help());
     const auto options = std::make_shared<Options>();
     std::string known;
     for (const auto& info : jostle_simulation::scene_list())

@@ -342,10 +342,10 @@ void run(const Options& options)
 
 constexpr const char* help =
     R"(Reads   mesh.obj      .stl, .ply, .glb, .dae, ...: cloth, a soft body, or a scene of several
-Writes  how many pairs of a vertex and a triangle, and of two edges, that share no vertex, are within
-        --distance; the least distance of these; edges that pass through triangles. With a second file,
-        the same mesh a step later: what comes within the distance on the straight way there, which part
-        of the step is safe before the first does, and the crossings after it.
+Writes  the number of pairs (vertex and triangle, or two edges, without a common vertex) within --distance;
+        their least distance; edges that pass through triangles. With a second file, the same mesh a step
+        later: pairs that come within the distance on the straight way there, the part of the step that is
+        safe, and the crossings after it.
 
 Corners at the same place, in both files, are one vertex. Triangles that are an edge or a point are left out.
 
@@ -360,7 +360,7 @@ Examples:
 void add_surface_command(const Command& app)
 {
     const Command command =
-        app.add("surface", "What of a mesh is near itself, crosses or meets itself", help);
+        app.add("surface", "Finds where a mesh is near itself, meets or crosses itself", help);
     const auto options = std::make_shared<Options>();
     command.required("FILE", options->before, "", "A mesh");
     command.text("FILE2", options->after, "", "The same mesh a step later");

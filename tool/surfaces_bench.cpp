@@ -215,10 +215,10 @@ void run(const BenchOptions& options)
 
 constexpr const char* help =
     R"(A cloth in 8 folds: edges of 10 mm, 2 mm between the layers, shaken in one step. Cases: candidates, the
-boxes around the ways of its edges that touch, neighbours included; near, all pairs within 2 mm, with distances
+pairs of edges whose boxes touch during the step, neighbours included; near, all pairs within 2 mm, with distances
 and features; moving, all impacts of the step; crossings, edges that pass through triangles at its end;
 impacts, those of all candidates that share no vertex, by edge_edge_impacts and one by one, on one thread.
---peers: Embree and CGAL find the same candidates, on one thread, and have to find as many.
+--peers: Embree and CGAL find the same candidates, on one thread, and must find the same number.
 
 Examples:
   jostle bench surfaces --threads 1
@@ -229,7 +229,7 @@ Examples:
 
 void add_bench_surfaces_command(const Command& bench)
 {
-    const auto [command, options] = add_bench_part(bench, "surfaces", "What self-collisions of a cloth take",
+    const auto [command, options] = add_bench_part(bench, "surfaces", "Times self-collisions of a cloth",
                                                    help, run, {.count = 100'352, .frames = 5});
     command.texts("CASE", options.names, "Which cases; all if none is given");
     command.number("-n", options.count, 128, 100'000'000, "N", "How many triangles, about (100352)");

@@ -45,8 +45,8 @@ constexpr SceneInfo scenes[] = {
     {"moving", "all boxes move", 0, 0},
     {"static-1m", "1,000,000 boxes at rest, 100 that move", 1'000'000, 100},
     {"static-2m", "2,000,000 boxes at rest, 2,000 that move", 2'000'000, 2'000},
-    {"churn", "1 in 20 boxes moves, others every 8 frames; 1 in 200 is replaced, moved or filtered anew", 0,
-     0},
+    {"churn",
+     "1 in 20 boxes moves, others every 8 frames; 1 in 200 is replaced, or gets a new place or filter", 0, 0},
     {"breathe", "1,000 boxes of a pile, each of which moves to and fro by a 500th of its edge", 1'001, 0},
     {"small", "1,000 worlds of 8 boxes are made, updated once and dropped", 8'000, 0},
     {"others", "20,000 boxes, of which 1,000 move, others in each frame", 20'000, 0},
@@ -756,12 +756,11 @@ void run(const BenchOptions& options)
 void add_bench_world_command(const Command& bench)
 {
     const auto [command, options] = add_bench_part(
-        bench, "world", "How long updates of a world take, and queries", listed("Scenes", scenes, 11) + R"(
-Timed is all that an update takes: handing over the boxes that moved, finding what became of their pairs, and
-the lists of pairs that began, persist and ended. Where queries are timed, so is bringing the index of the
-objects that move up to date (stage index); other systems' structures are built anew outside the time. The rows
-`own index` are of an index of those alone for whom the mask asks. All must find the same: if they don't, the exit
-status is 1.
+        bench, "world", "Times updates of a world, and queries", listed("Scenes", scenes, 11) + R"(
+Times of updates include handing over the boxes that moved, and the lists of pairs that began, persist and
+ended. Times of queries include updating the index of moving objects (stage index); other systems' structures
+are rebuilt outside the time. The rows `own index` use an index of the objects that the mask selects. If answers
+differ, the exit status is 1.
 
 Examples:
   jostle bench world                                  all scenes
