@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// World and ContactFinder together: balls fall on each other and come to rest. The world knows which pairs
-// began, go on and ended; the finder where those that move touch. Who sleeps is neither moved nor asked
-// about.
+// World and ContactFinder together: balls fall on each other and come to rest. The world lists the pairs that
+// began, persist and ended; the finder computes contacts of those that move. Sleeping balls are neither moved
+// nor tested.
 #include <jostle/jostle.hpp>
 
 #include <algorithm>
@@ -42,7 +42,7 @@ int main()
     std::size_t touching = 0, asleep = 0, frame = 0;
     for (; frame < 3000 && asleep < 60; ++frame) {
         for (std::size_t i = 0; i < bodies.size(); ++i) {
-            if (!awake(bodies[i])) continue; // says nothing and costs nothing
+            if (!awake(bodies[i])) continue; // costs nothing
             bodies[i].velocity[1] -= 9.81f * dt;
             for (std::size_t d = 0; d < 3; ++d)
                 poses[i].position[d] += dt * bodies[i].velocity[d];
@@ -50,7 +50,7 @@ int main()
         }
         world.update();
 
-        // Pairs of boxes of which one has moved, and where their shapes touch.
+        // Pairs of which one box has moved, and the contacts of their shapes.
         for (const auto& contact : finder.find({shapes, poses}, world.changed_pairs())) {
             Body &a = bodies[contact.pair.a], &b = bodies[contact.pair.b];
             float closing = 0;
@@ -67,7 +67,7 @@ int main()
             }
             if (closing > 0.5f) a.still = b.still = 0; // a hit wakes
         }
-        // So does losing what one lay on.
+        // So does losing the body below.
         for (const jostle::EndedPair& pair : world.ended())
             bodies[pair.a.index].still = bodies[pair.b.index].still = 0;
         touching += world.began().size();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A cloth that falls over a ball and onto itself, by position-based dynamics. What is near is pushed apart,
-// and no vertex moves further than until something meets: so no edge ever passes through a triangle.
+// A cloth that falls over a ball and onto itself, by position-based dynamics. Near parts are pushed apart, and
+// no vertex moves beyond the first impact, so no edge ever passes through a triangle.
 // Usage: cloth [VERTICES ALONG EACH SIDE] [FRAMES]
 #include <jostle/jostle.hpp>
 
@@ -96,7 +96,7 @@ int main(int argc, char** argv)
                 v[1] = std::max(v[1], -0.4);
             }
         }
-        for (int round = 0;; ++round) { // stop what would meet; in the end everything, at the safe step
+        for (int round = 0;; ++round) { // stop vertices before impacts; in the end all, at the safe step
             const auto& moving = finder.moving(cloth, at, next);
             if (moving.safe_step == 1) break;
             std::vector<double> part(at.size(), round < stopping_rounds ? 1.0 : 0.8 * moving.safe_step);

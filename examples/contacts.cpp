@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// From boxes to pairs to contacts: what a frame of a simulation asks for.
+// From boxes to pairs to contacts: one frame of a simulation.
 #include <jostle/jostle.hpp>
 
 #include <cstdio>

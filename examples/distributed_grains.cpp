@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Two clouds of grains fly into each other, over all ranks: mpiexec -n 4 example_distributed_grains
-// A rank pushes the grains of its pairs apart, and sends what is another rank's share to that rank.
+// A rank pushes the grains of its pairs apart, and sends the pushes of another rank's grains to that rank.
 #include <jostle/mpi.hpp>
 
 #include <cmath>
@@ -42,7 +42,7 @@ int main(int count, char** arguments)
         };
         jostle::mpi::World3f world(MPI_COMM_WORLD, options);
         const int all = 4000;
-        for (int i = rank; i < all; i += ranks) { // anywhere: they go where they are searched
+        for (int i = rank; i < all; i += ranks) { // anywhere: they migrate to the rank that searches there
             const float side = i % 2 == 0 ? -1.f : 1.f, x = side * (6.f + float(i / 200));
             const auto id = static_cast<std::uint64_t>(i);
             grains[id] = {{x, float(i % 20), float(i / 20 % 10)}, {side * -2, 0, 0}, {}};

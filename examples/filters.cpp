@@ -17,10 +17,10 @@ int main()
     // Everything here touches everything else: only the filters tell pairs apart.
     const std::vector<jostle::Aabb2d> boxes(6, {{0, 0}, {1, 1}});
     const std::vector<std::uint32_t> category = {robot, robot, robot, person, wall, wall};
-    // Whom each wants to meet: walls don't meet walls.
+    // Which kinds each may meet: walls don't meet walls.
     const std::uint32_t all = robot | person | wall, movers = robot | person;
     const std::vector<std::uint32_t> mask = {all, all, all, all, movers, movers};
-    // The robot's parts belong together; nobody else has an owner.
+    // The robot's parts belong together; the others have no owner.
     const std::uint32_t nobody = jostle::Filter::no_owner;
     const std::vector<std::uint32_t> owner = {7, 7, 7, nobody, nobody, nobody};
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A game loop: crates fall to the floor one after the other; a trigger tells who is in the doorway.
+// A game loop: crates fall to the floor one after the other; a trigger reports those in the doorway.
 #include <jostle/jostle.hpp>
 
 #include <cstdio>
@@ -35,7 +35,7 @@ int main()
                 crate.falling += crate.sliding == 0 ? 0.01f : 0;
                 crate.y -= crate.falling;
                 crate.x += crate.sliding;
-                world.move(crate.id, box_of(crate)); // those at rest say nothing and cost nothing
+                world.move(crate.id, box_of(crate)); // those at rest cost nothing
             }
         world.update();
         for (const jostle::ObjectPair& pair : world.began()) {

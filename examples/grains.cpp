@@ -38,7 +38,7 @@ struct Neighbours
     Vec3f shift;
 };
 
-/// The force on a, of spring, dashpot and friction, and what a's or b's radius times is the torque on it.
+/// The force on a (spring, dashpot and friction), and the torque on a or b divided by its radius.
 Load push(const Grain& a, const Grain& b, const Vec3f& to_b)
 {
     const float reach = a.radius + b.radius, squared = jostle::dot(to_b, to_b);
@@ -134,7 +134,7 @@ int main(int argc, char** argv)
         }
     }
 
-    // The list still knows every contact: a new search finds the same, but for rounding.
+    // The list still has every contact: a new search finds the same, except for rounding.
     const auto contacts = [&](float part) {
         return std::count_if(list.begin(), list.end(), [&](const Neighbours& n) {
             return jostle::length(to_b(n)) < part * (grains[n.a].radius + grains[n.b].radius);

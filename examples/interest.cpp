@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Interest management for a server: which entities does each observer get to know of, and which leave its
-// view? Usage: interest [ENTITIES] [OBSERVERS]
+// Interest management for a server: which entities enter and leave each observer's view.
+// Usage: interest [ENTITIES] [OBSERVERS]
 #include <jostle/jostle.hpp>
 
 #include <chrono>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Lennard-Jones atoms in a triclinic cell: a crystal melts, and its energy stays what it was. A skin spares
-// most searches. Usage: lennard_jones [EDGE] [STEPS]
+// Lennard-Jones atoms in a triclinic cell: a crystal melts, and its energy is conserved. A skin saves most
+// searches. Usage: lennard_jones [EDGE] [STEPS]
 #include <jostle/jostle.hpp>
 
 #include <algorithm>

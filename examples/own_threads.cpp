@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A program with a job system of its own lends its threads to Jostle, which then starts none.
+// A program's own job system runs Jostle's tasks; Jostle then starts no threads.
 #include <jostle/jostle.hpp>
 
 #include <atomic>
@@ -7,7 +7,7 @@
 #include <thread>
 #include <vector>
 
-// Stands in for a real job system, which would keep its threads: here each call starts and joins them.
+// Instead of a real job system, which would keep its threads: here each call starts and joins them.
 class HostExecutor final : public jostle::Executor
 {
   public:

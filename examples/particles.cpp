@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Particles that push each other apart: find pairs, work on them on all cores, add up what happens to each.
+// Particles that push each other apart: find pairs, work on them on all cores, add up the pushes on each.
 #include <jostle/jostle.hpp>
 
 #include <cmath>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A motion planner's questions: which configurations of an arm touch an obstacle or the arm itself, what they
-// touch first, and how far away the others are. The arm is made of capsules, then of meshes.
+// A motion planner's queries: which configurations of an arm touch an obstacle or the arm itself, which pair
+// touches first, and how far away the others are. The arm is made of capsules, then of meshes.
 // Usage: planner [CONFIGURATIONS] [OBSTACLE'S RINGS]
 #include <jostle/jostle.hpp>
 
@@ -98,7 +98,7 @@ int main(int argc, char** argv)
     const auto plan = [&](const char* name, const jostle::Shape3& shape, float farthest) {
         const jostle::StridedView<jostle::Shape3> arm(&shape, poses.size(), 0); // each link has this shape
         std::vector<jostle::Aabb3f> boxes(poses.size());
-        // A capsule around each link will do: meshes' own boxes would take a look at every point.
+        // A capsule around each link will do: the box of a posed mesh needs every point.
         const auto capsule = jostle::Shape3::capsule(double{half_length}, 1.1 * double{thickness});
         const jostle::StridedView<jostle::Shape3> around(&capsule, poses.size(), 0);
         jostle::bounds({around, poses}, boxes, farthest, jostle::default_executor());
@@ -108,7 +108,7 @@ int main(int argc, char** argv)
         finder.first_touching({arm, poses}, {obstacle, obstacle_pose}, near, offsets_of(near), hit);
         finder.first_touching({arm, poses}, forbidden, offsets_of(forbidden), bent);
 
-        // Of configurations that are free, how much room they have, as far as that matters.
+        // The distances of free configurations, up to a limit.
         std::erase_if(near, [&](const Pair& pair) {
             return hit[pair.a / links] != jostle::no_pair || bent[pair.a / links] != jostle::no_pair;
         });

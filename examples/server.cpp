@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A game server's tick: players who move, trigger zones, props; who sees whom, shots, and rollback.
+// A game server's tick: moving players, trigger zones, props; what each player sees, shots, and rollback.
 // Usage: server [PLAYERS] [ZONES] [PROPS] [TICKS]
 #include <jostle/jostle.hpp>
 
@@ -14,7 +14,7 @@ namespace {
 constexpr std::uint32_t player = 1, zone = 2, prop = 4;
 constexpr float sight = 50, range = 300;
 
-/// All there is to a match but its world.
+/// The state of a match outside its world.
 struct Match
 {
     std::vector<jostle::Vec3f> places, speeds; // by player
@@ -68,7 +68,7 @@ int main(int argc, char** argv)
         things.push_back(around(place(), {0.5f, 0.5f, 1}));
 
     // Players meet players, zones and props; zones and props rest, and meet players only.
-    jostle::World3f world({.layers = {{.mask = player}}}); // who sees whom is asked about players alone
+    jostle::World3f world({.layers = {{.mask = player}}}); // for queries about players alone
     std::vector<jostle::ObjectId> ids(players), zone_ids(zones), prop_ids(props);
     world.add(bodies, ids, {.filter = {.category = player}}); // indices 0, 1, ...: the players' numbers
     world.add(rooms, zone_ids, {.filter = {.category = zone, .mask = player, .is_static = true}});
@@ -95,13 +95,13 @@ int main(int argc, char** argv)
         }
         world.update();
 
-        // Zones tell who came and went; bumps of players and props are in the same lists.
+        // Players that entered and left zones; bumps of players and props are in the same lists.
         for (const jostle::ObjectPair& pair : world.began())
             if (is_zone(pair.b)) ++entered, tell(std::uint64_t{pair.a.index} << 32 | pair.b.index);
         for (const jostle::EndedPair& pair : world.ended())
             if (is_zone(pair.b)) ++left, tell(std::uint64_t{pair.b.index} << 32 | pair.a.index);
 
-        // Whom each player sees: all questions at once, about players only.
+        // The players that each player sees: all queries at once.
         views.clear();
         for (const jostle::Vec3f& at : match.places)
             views.push_back({at, sight});
@@ -130,7 +130,7 @@ int main(int argc, char** argv)
         players, ticks, entered, left, static_cast<double>(seen) / static_cast<double>(players * ticks),
         100 * static_cast<double>(hits) / static_cast<double>(shots * ticks));
 
-    // An input arrives late: back to where it belongs, and on again. Without it, all is as it was.
+    // An input arrives late: go back to its tick, and replay. Without the input, the result is the same.
     const std::vector<std::byte> snapshot = world.save();
     const Match saved = match;
     const std::uint64_t told = hash;

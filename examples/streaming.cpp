@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// More pairs than one would want to store: they are counted as they are found, in bounded memory. Then a
+// Too many pairs to store: they are counted as they are found, in bounded memory. Then a
 // search that stops at the first pair.
 #include <jostle/jostle.hpp>
 
