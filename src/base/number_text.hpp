@@ -9,7 +9,7 @@
 
 JOSTLE_NAMESPACE_BEGIN
 
-/// What printf wrote of a number, with a point in place of the locale's, which has one byte or several.
+/// printf's text of a number, with a point instead of the locale's, which has one byte or several.
 inline std::string with_a_point(const char* printed)
 {
     std::string text;

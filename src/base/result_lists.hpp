@@ -13,7 +13,7 @@
 
 JOSTLE_NAMESPACE_BEGIN
 
-/// Who fills the lists of a batch.
+/// Fills the lists of a batch.
 class ResultListsAccess
 {
   public:

@@ -10,8 +10,8 @@
 
 JOSTLE_NAMESPACE_BEGIN
 
-/// Who uses an object that many may ask at a time, and one may change. As long as a query runs the user's
-/// code, nothing may change what it goes on reading: neither that code nor another thread.
+/// Counts the users of an object that many may query at a time, and one may change. While a query runs the
+/// user's code, neither that code nor another thread may change the data that the query still reads.
 class Users
 {
   public:

@@ -33,7 +33,7 @@ class CallbackMemory final : public std::pmr::memory_resource
     jostle_allocator given_;
 };
 
-/// The threads of the host, whose function may report a failure.
+/// The host's threads. Its function may report a failure.
 class HostExecutor final : public Executor
 {
   public:

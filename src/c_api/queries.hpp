@@ -26,7 +26,7 @@
 
 namespace jostle::c_api {
 
-// --- What is asked ---
+// --- Queries ---
 
 template <class Query>
 inline constexpr jostle_query_kind kind_of = 0;
@@ -63,7 +63,7 @@ constexpr bool has_shape(jostle_query_kind kind)
 {
     return kind >= JOSTLE_SHAPE_SWEEP && kind <= JOSTLE_NEAREST_TO_SHAPE;
 }
-/// Whether boxes, or the shapes in them, can be asked so at all.
+/// Whether there is such a query of boxes, or of the shapes in them.
 constexpr bool can_ask(jostle_query_kind kind, bool of_shapes)
 {
     return of_shapes ? has_shape(kind) || kind == JOSTLE_RAY : !has_shape(kind);

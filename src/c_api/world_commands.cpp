@@ -21,7 +21,7 @@ ObjectOptions<T> read_object_options(const jostle_object_options* options)
     return wish;
 }
 
-/// inside(options) with the caller's: one for all of so many objects, or one for each.
+/// inside(options) with the caller's: one for all objects, or one for each.
 template <class T, class F>
 void with_object_options(const jostle_object_options* options, std::size_t objects, WorkingMemories& memories,
                          F&& inside)

@@ -127,7 +127,7 @@ jostle_status jostle_world_touching(const jostle_world* world, const jostle_id* 
     return guarded(error, [&] {
         ResultsContent& into = open(results);
         into.begin();
-        // Who asks for the neighbours of neighbours gives ids that lie in the lists that are to be filled.
+        // For neighbours of neighbours, callers pass ids that lie in the lists to be filled.
         Lists before;
         const std::less<const std::uint64_t*> less;
         const std::vector<std::uint64_t>& listed = into.lists.ids;

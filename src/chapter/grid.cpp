@@ -97,7 +97,7 @@ typename Grid<Dim, T>::Place Grid<Dim, T>::place_of(const Aabb<Dim, T>& box) con
     for (; place.level < oversize_level(); ++place.level) {
         const T cell_size = options_.cell_sizes[place.level];
         if (cell_size < greater_size) continue;
-        // A box no wider than a cell lies over at most two of them per axis, but for the rounding of the
+        // A box no wider than a cell lies over at most two of them per axis, except for the rounding of the
         // subtraction and of the divisions. The neighbour rule stands on the two, so they are made sure of.
         bool at_most_two = true;
         for (int d = 0; d < Dim; ++d) {
@@ -257,7 +257,7 @@ bool advance(Cell<Dim>& cell, const Cell<Dim>& first, const Cell<Dim>& last) noe
 
 } // namespace
 
-// Alg. 10, with three things mended.
+// Alg. 10, with three corrections.
 // 1. On coarser levels every cell from x1-1 to x2 is probed. Whatever overlaps the object has its min corner
 //    there: not right of x2, as it begins before the object ends; not left of x1-1, as it lies over at most
 //    two cells and ends after the object begins. As printed, the own level's rule was used; but a coarser

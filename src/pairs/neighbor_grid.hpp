@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a NeighborFinder searches: sets of points and their cutoffs, checked, in the cells of a grid along the
-// reciprocal axes of the space that repeats.
+// The input of a NeighborFinder: sets of points and their cutoffs, checked, in the cells of a grid along the
+// reciprocal axes of periodic space.
 #pragma once
 
 #include <algorithm>
@@ -22,7 +22,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace neighbors {
 
-/// A cutoff may reach over so many periods; their numbers have room in the key of a neighbour.
+/// The most periods that a cutoff may span: their numbers fit into the key of a neighbour.
 constexpr std::int64_t most_images = 500;
 
 template <int Dim>
@@ -48,7 +48,7 @@ inline std::string set_text(const char* set)
     throw Error(ErrorCode::invalid_argument, message, index);
 }
 
-/// An image's number in one word, of so many bits for each axis.
+/// An image's number in one word, with `bits` for each axis.
 template <int Dim>
 std::uint32_t code_of(const Periods<Dim>& image, int bits)
 {
@@ -68,7 +68,7 @@ Periods<Dim> image_of(std::uint32_t code, int bits)
 constexpr int any_bits = 10, near_bits = 2; // the second for images next to the cell, as most are
 static_assert(most_images + 2 < 1 << (any_bits - 1));
 
-/// The vectors of the definition. The sums of the cell's vectors for images next to it wait in a table.
+/// The vectors of the definition. A table has the sums of the cell's vectors for images next to it.
 template <int Dim, class T>
 class ShiftedVectors
 {
@@ -145,7 +145,7 @@ struct CutoffRule
         if (of_radii) return greater ? std::max(radius_a, radius_b) : radius_a + radius_b;
         return types != 0 ? table[type_a * types + type_b] : value;
     }
-    /// The greatest that points have whose radii are at most these.
+    /// The greatest cutoff of points whose radii are at most these.
     T greatest_of(T radius_a, T radius_b) const
     {
         return of_radii ? (*this)(radius_a, 0, radius_b, 0) : greatest;
@@ -257,7 +257,7 @@ void check_points(const PointSet<Dim, T>& set)
         }
 }
 
-/// Points whose cutoffs are alike, and the cells that they are in: about as large as these.
+/// Points of similar cutoffs, and their cells, which are about as large as these.
 template <int Dim, class T>
 struct GridLevel
 {
@@ -279,8 +279,8 @@ struct NeighborGrid
 {
     using Wide = Vec<Dim, double>;
     static constexpr double far = sizeof(T) == 4 ? 32768 : 1073741824; // periods
-    // A cell's points look at the same others, which costs time once for all of them. So there should be some
-    // of them; but a cell that is larger has more points that are too far away.
+    // The points of a cell share their candidates, which are collected once. So a cell should have several
+    // points; but a larger cell has more candidates that are too far away.
     static constexpr double wanted_in_cell = 24;
     static constexpr double least_edge = 1 + 1e-9; // of cutoffs: then the next cells are enough
     static constexpr int most_levels = 24;         // the last has all smaller ones
@@ -374,8 +374,8 @@ struct NeighborGrid
         return dot(reciprocal[k], wide(point) - origin);
     }
 
-    /// The square within which the test of wrapped points must let pass who is within a cutoff. It is no less
-    /// for a greater cutoff.
+    /// The square of the distance up to which the test of wrapped points must accept, so that none within the
+    /// cutoff is lost. It grows with the cutoff.
     T near_of(double cutoff) const
     {
         constexpr double more = 1 + 16 * static_cast<double>(std::numeric_limits<T>::epsilon());
@@ -385,7 +385,7 @@ struct NeighborGrid
                    : std::numeric_limits<T>::infinity();
     }
 
-    /// By how much points within a cutoff of each other differ along axis k, at most.
+    /// The most by which points within a cutoff of each other differ along axis k.
     double reach(double cutoff, int k) const
     {
         return ((cutoff + rounding) * reciprocal_length[k] + margin[k]) * (1 + 1e-12);
@@ -451,8 +451,8 @@ struct NeighborGrid
         divide();
     }
 
-    /// Points that crowd together in a few places have smaller cells. Returns whether any have. in_cell(c) is
-    /// how many are in cell c.
+    /// Makes cells smaller where points crowd together. Returns whether it did. in_cell(c) is the number of
+    /// points in cell c.
     template <class InCell>
     bool refine(const InCell& in_cell)
     {
@@ -473,7 +473,7 @@ struct NeighborGrid
     }
 
   private:
-    /// What rounding can do.
+    /// Bounds of rounding errors.
     void bound(double cutoff, double spread)
     {
         const double eps = static_cast<double>(std::numeric_limits<T>::epsilon());
@@ -502,7 +502,7 @@ struct NeighborGrid
         slack_of_radii = static_cast<T>(slack + 16 * eps * cutoff); // their sums are rounded
     }
 
-    /// A level has the radii with which cutoffs are between a half of its greatest and that.
+    /// A level has the radii whose cutoffs are between half of its greatest cutoff and that.
     void tell_levels(std::span<const PointSet<Dim, T>* const> sets, const CutoffRule<T>& rule, T more)
     {
         GridLevel<Dim, T> by_halves[most_levels] = {};

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Neighbour lists: points in the cells of a grid along the reciprocal axes of the space that repeats. Whom
-// the rows of a cell may have as neighbours is put together once for all of them, in the order in which rows
-// list them. A test of wrapped points, with bounds for rounding, finds who is near; where it can't tell, the
-// test of the definition decides.
+// Neighbour lists: points in the cells of a grid along the reciprocal axes of periodic space. The candidates
+// of all rows of a cell are collected once, in the order in which rows list them. A test of wrapped points,
+// with bounds for rounding, finds those that are near; where it can't decide, the definition's test does.
 #include "jostle/neighbors.hpp"
 
 #include <algorithm>
@@ -46,7 +45,7 @@ struct ImageRun
     std::uint32_t code; ///< of the image
 };
 
-/// What a task works with: the points that the rows of one cell may have as neighbours.
+/// A task's working memory: the points that the rows of one cell may have as neighbours.
 template <class T>
 struct Surroundings
 {
@@ -152,7 +151,7 @@ struct NeighborFinder<Dim, T>::Implementation
         NeighborOptions options;
         neighbors::ShiftedVectors<Dim, T> vectors;
 
-        /// How far is looked.
+        /// How far to look.
         T reach() const { return rule.greatest + static_cast<T>(options.skin); }
         T reach_of(T radius, T other) const
         {
@@ -240,8 +239,8 @@ struct NeighborFinder<Dim, T>::Implementation
         process_items(n, run_block, by);
     }
 
-    /// Where the images of b's points lie that points of this cell of the grid can reach whose radii are at
-    /// most this one: on each level a box of cells.
+    /// On each level, a box of cells: those with images of b's points that points of this cell with radii of
+    /// at most `radius` can reach.
     void list_runs(const Request& request, std::uint32_t number, T radius, neighbors::GridPoints<Dim, T>& b,
                    std::pmr::vector<neighbors::ImageRun<Dim, T>>& runs)
     {
@@ -346,8 +345,7 @@ struct NeighborFinder<Dim, T>::Implementation
         return s;
     }
 
-    /// Puts together whom the points of a from `begin` to `end` - 1, which are in this cell, may have as
-    /// neighbours.
+    /// Collects the candidates of the points of a from `begin` to `end` - 1, which are in this cell.
     neighbors::NearbyColumns<T> surround(const Request& request, std::uint32_t cell, std::size_t begin,
                                          std::size_t end, bool with_images, neighbors::GridPoints<Dim, T>& b,
                                          Scratch& own)
@@ -429,18 +427,18 @@ struct NeighborFinder<Dim, T>::Implementation
                                              static_cast<T>(request.options.skin),
                                              grid.slack_of_radii,
                                              request.rule.greater,
-                                             radius > 0}; // of two radii of 0 nobody is near
+                                             radius > 0}; // two radii of 0: none is near
         if (request.two_sets) {
             kernels->find_row(columns, 0, here, cutoff, found);
         } else if (request.options.half) {
             kernels->find_row(columns, itself + 1, here, cutoff, found);
-        } else { // for a moment the point itself is near nobody
+        } else { // meanwhile the point itself is near none
             T& x = columns.at[0][itself];
             const T before = std::exchange(x, std::numeric_limits<T>::quiet_NaN());
             kernels->find_row(columns, 0, here, cutoff, found);
             x = before;
         }
-        // Whom the definition rejects, those behind close up to.
+        // Closes the gaps of those that the definition rejects.
         const neighbors::GridPoint<Dim, T>& from = grid_a.points[row];
         const T skin = static_cast<T>(request.options.skin);
         std::size_t to = 0, next = 0;
@@ -600,8 +598,8 @@ struct NeighborFinder<Dim, T>::Implementation
               });
     }
 
-    /// Chooses from what is kept. By how far points have moved since, most of it is near or isn't; for the
-    /// rest the definition decides.
+    /// Selects from the kept list. How far points have moved since decides most of it; the definition decides
+    /// the rest.
     void choose(const Request& request)
     {
         const std::size_t n = request.a.points.size();
@@ -684,7 +682,7 @@ struct NeighborFinder<Dim, T>::Implementation
     static constexpr auto radii_of = [](const Set& set) { return set.radii; };
     static constexpr auto types_of = [](const Set& set) { return set.types; };
 
-    /// Whether all who may be neighbours now are in the kept list.
+    /// Whether the kept list has all that may be neighbours now.
     bool still_holds(const Request& request)
     {
         if (!is_kept ||
@@ -769,7 +767,7 @@ struct NeighborFinder<Dim, T>::Implementation
         const bool holds = what.skin > 0 && still_holds(request);
         if (!holds) {
             grid = fitted_grid(request);
-            list = {}; // from here on only want of memory ends the call
+            list = {}; // from here on only a lack of memory ends the call
             is_kept = false;
             fill_grid(request);
             constexpr NeighborOptions to_keep{.shifts = true, .distances = true};
@@ -792,7 +790,7 @@ struct NeighborFinder<Dim, T>::Implementation
             neighbors::refuse_search("a skin is for lists that are kept, and a stream keeps none");
         const Request request = checked_request(a, b, two_sets, cutoff, cell, what);
         grid = fitted_grid(request);
-        list = {}; // from here on only want of memory, or the sink, ends the call
+        list = {}; // from here on only a lack of memory, or the sink, ends the call
         fill_grid(request);
         const std::size_t n = a.points.size();
         rows = std::min(rows, n);
@@ -824,7 +822,7 @@ struct NeighborFinder<Dim, T>::Implementation
         return list;
     }
 
-    /// Each system by itself, in tasks that share them out.
+    /// Each system by itself, divided among tasks.
     const NeighborList<Dim, T>& find_systems(const Set& all, std::span<const std::uint64_t> starts,
                                              const NeighborCutoff<T>& cutoff, std::span<const Cell> cells,
                                              const NeighborOptions& what)

@@ -11,7 +11,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace neighbors {
 
-/// As many numbers are read and written beyond the end of columns and of what is found.
+/// So many numbers are read beyond the end of columns, and written beyond the end of results.
 inline constexpr std::size_t neighbor_padding = 16;
 
 /// A box of wrapped points.
@@ -25,26 +25,26 @@ struct Extent
 template <class T>
 struct NearbyColumns
 {
-    T* at[3];             ///< by axis; as many as the padding are NaN behind the last, and so are near nobody
+    T* at[3];             ///< by axis; the padding is NaN, which is near nothing
     std::uint32_t* index; ///< of the point
-    std::uint32_t* image; ///< which image of it; null where nobody wants to know
+    std::uint32_t* image; ///< which image of it; null if not wanted
     const T* radius;      ///< null unless cutoffs are of radii
     std::size_t count;
 };
 
-/// Within which distances a row has neighbours.
+/// The distances within which a row has neighbours.
 template <class T>
 struct RowCutoff
 {
-    T sure, near; ///< squares: who is at most `sure` away is near, and nobody is who is further than `near`
+    T sure, near; ///< squares: a neighbour up to `sure`, none beyond `near`
     // Of radii each column has a cutoff of its own: with `radius` their sum, or the greater one, and `more`.
-    // Who is nearer than it by `slack` is near, and nobody is who is further by as much.
+    // A neighbour if nearer than that by `slack`, none if further by as much.
     T radius, more, slack;
     bool greater;
-    bool any_sure; ///< else nobody is sure
+    bool any_sure; ///< else none is sure
 };
 
-/// A neighbour that the test of wrapped points can't tell.
+/// A candidate that the test of wrapped points can't decide.
 struct UnsureNeighbor
 {
     std::uint32_t found;  ///< which of what the row found
@@ -78,7 +78,7 @@ struct NeighborKernels
     /// many.
     std::size_t (*tell_apart)(const T* distances, std::size_t count, T sure, T near, std::uint32_t* chosen,
                               std::uint32_t* unsure);
-    /// Writes the neighbours whose bit is set, and their places unless nobody wants them. Returns how many.
+    /// Writes the neighbours whose bit is set, and their places if wanted. Returns how many.
     std::size_t (*take_chosen)(const std::uint32_t* neighbors, std::size_t count, const std::uint32_t* chosen,
                                std::uint32_t* index, std::uint32_t* places);
 };
