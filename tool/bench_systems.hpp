@@ -109,7 +109,7 @@ class System
     virtual void stop() {}
 };
 
-/// The engine, which finds all pairs in each frame anew.
+/// The engine, which finds all pairs from scratch in each frame.
 template <int Dim, class T>
 class FinderSystem final : public System<Dim, T>
 {

@@ -27,7 +27,7 @@ struct Report
 /// responses.
 [[nodiscard]] Report measure_ladder(const LadderOptions& options);
 
-/// The mended grid with one cell size after the other, and one number of buckets after the other.
+/// The corrected grid with each cell size and each number of buckets.
 [[nodiscard]] Report measure_cells(const LadderOptions& options);
 
 } // namespace jostle_tool

@@ -125,7 +125,7 @@ class WorldOfBoxes final : public System<Dim, T>
 };
 
 #ifdef JOSTLE_WITH_PEERS
-/// Another system, begun anew, untimed, in a frame with another number of boxes.
+/// Another system, made again, untimed, in a frame with another number of boxes.
 template <int Dim>
 class PeerOfBoxes final : public System<Dim, float>
 {

@@ -23,7 +23,7 @@ struct PageOptions
 };
 void add_page_options(const Command& command, PageOptions& options);
 
-/// Boxes that move while somebody looks: the newest frame, for whoever asks for it.
+/// Moving boxes for the page, which asks for the newest frame.
 ///
 /// Threads  any.
 class LiveFrames

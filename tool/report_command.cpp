@@ -90,8 +90,8 @@ std::optional<jostle_bench::ReportRow> frame_row(const Json& row)
     return out;
 }
 
-/// The frames of all files. Instruction sets are systems of their own, but for the one that comes first; of
-/// rows that measured the same the first counts.
+/// The frames of all files. Instruction sets after the first count as further systems; of rows that measured
+/// the same, the first counts.
 class Frames
 {
   public:

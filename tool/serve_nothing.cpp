@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// In place of the page's server, where there is no cpp-httplib.
+// Instead of the page's server, where there is no cpp-httplib.
 #include "commands.hpp"
 #include "page_server.hpp"
 

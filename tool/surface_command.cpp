@@ -86,7 +86,7 @@ class Mesh
     }
 
     std::vector<Vec3f> from, to;
-    std::vector<Surface::Triangle> triangles; ///< but for those that are an edge or a point
+    std::vector<Surface::Triangle> triangles; ///< without those that are an edge or a point
     std::vector<std::size_t> number_in_file;  ///< of each triangle
     Surface surface;
 

@@ -268,7 +268,7 @@ class Ours final : public WorldSystem
     std::vector<Aabb3f> moved_boxes_;
 };
 
-/// All move now and then, which isn't timed; what is, is that one more is added, in place of the last.
+/// All move now and then, which isn't timed; adding one more, instead of the last, is.
 class OursFew final : public WorldSystem
 {
   public:

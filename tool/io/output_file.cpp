@@ -50,7 +50,7 @@ OutputFile::~OutputFile()
     try {
         jostle_system::close_file(direct_);
     } catch (const std::system_error&) {
-        // Without commit() nobody relies on it.
+        // Without commit() the file isn't used.
     }
 }
 

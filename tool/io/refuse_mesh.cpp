@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// In place of read_mesh.cpp, in builds without Assimp: knows a mesh when it sees one, and says so.
+// Instead of read_mesh.cpp, in builds without Assimp: recognises meshes, and reports them.
 #include <algorithm>
 #include <iterator>
 #include <string_view>

@@ -129,7 +129,7 @@ void with_expected(const Aabb<Dim, T>* last, const Aabb<Dim, T>* before_last, st
             if (frame >= 2)
                 expected = finite_or(last[i].lo[d] + (last[i].lo[d] - before_last[i].lo[d]), last[i].lo[d]);
             const T lo = visit(2 * d, i, expected);
-            // An upper bound moves as the lower one does, but for turning.
+            // An upper bound moves like the lower one, except for rotation.
             expected = frame == 0 ? lo : finite_or(last[i].hi[d] + (lo - last[i].lo[d]), last[i].hi[d]);
             visit(2 * d + 1, i, expected);
         }

@@ -27,7 +27,7 @@ namespace HWY_NAMESPACE {
 #include "simd/vec-inl.hpp"
 
 using Floats = Vec<float>;
-// The last vector of a strip may reach beyond `count`, into numbers that nobody reads.
+// The last vector of a strip may reach beyond `count`, into numbers that aren't read.
 static_assert(strip % Floats::size == 0);
 
 /// The vectors of as many points as there are in a Floats.

@@ -44,7 +44,7 @@ struct StripMobility
 {
     float linear_a[strip], angular_a[strip], linear_b[strip], angular_b[strip];
 };
-/// The impulses to be added to them; those on a are the opposite, but for the turning.
+/// The impulses to be added to them; those on a are the opposite, except for the rotation.
 struct StripImpulses
 {
     Lanes3 impulse, turn_a, turn_b;

@@ -6,7 +6,7 @@
 
 namespace jostle_system {
 
-/// Part of a name that nobody can guess.
+/// Part of a name that can't be guessed.
 inline std::string random_letters()
 {
     std::random_device random;

@@ -13,7 +13,7 @@ namespace jostle_system {
 /// name before stays as it was until commit(), and the new one keeps its permissions; where the name is a
 /// link, the file that it points to is replaced (except on Windows, where the link is).
 ///
-/// Nobody can place a file or a link in its way beforehand: the other name is random, and must be new.
+/// No file or link can be placed in its way beforehand: the other name is random, and must be new.
 ///
 /// Errors   std::system_error with the operating system's reason.
 /// Threads  different files from different threads; at most 16 files at a time.
