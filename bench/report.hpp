@@ -21,7 +21,7 @@ struct ReportRow
     std::uint64_t pairs = 0;
     std::string checksum;
     std::vector<std::pair<std::string, double>> stages; ///< name and ms, in the order of work; may be empty
-    /// The biggest box's longest edge over the smallest one's; 0 where nobody knows.
+    /// The biggest box's longest edge over the smallest one's; 0 where it isn't known.
     double size_ratio = 0;
 };
 

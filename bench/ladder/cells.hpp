@@ -23,7 +23,7 @@ inline Cell cell_of(const jostle::Vec3f& position, float cell_size)
     return cell;
 }
 
-/// Alg. 6, mended: the first level whose cells hold the box, so that it lies over at most two of them per
+/// Alg. 6, corrected: the first level whose cells hold the box, so that it lies over at most two of them per
 /// axis.
 inline std::uint32_t level_of(const jostle::Aabb3f& box, const std::vector<float>& sizes)
 {

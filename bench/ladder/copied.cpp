@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Rungs 5 and 6: one size of cells, and boxes copied into every cell that they touch, so that nobody looks at
+// Rungs 5 and 6: one size of cells, and boxes copied into every cell that they touch, so that none looks at
 // a neighbouring cell; then larger cells, in which the copies are sorted along x and swept.
 #include <algorithm>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Rung 4: the mended grid of the chapter, its cells sorted by counting: a bucket is a piece of an array in
+// Rung 4: the corrected grid of the chapter, its cells sorted by counting: a bucket is a piece of an array in
 // place of a linked list.
 #include <algorithm>
 
@@ -40,7 +40,7 @@ class Counted final : public FoundByProcessor
     [[nodiscard]] Counts counts() const override { return totals(cells_.bytes(), cells_.records.size()); }
 
   private:
-    /// Alg. 10, mended: on its own level what lies ahead of the object, on coarser levels whatever may touch
+    /// Alg. 10, corrected: on its own level what lies ahead of the object, on coarser levels whatever may touch
     /// it.
     void search(std::uint32_t i, Found& found) const
     {

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""The references of Python and of JavaScript: from the package's docstrings, and from the comments of its declarations.
+"""The references of Python and JavaScript, from the package's docstrings and from the comments of jostle.d.ts.
 
-Of Python's package a page for each module, of jostle.d.ts one for each of its parts; what a class has follows it.
-Signatures are shown as they stand in the source. Nothing is imported or run: Python's own parser reads Python, and the
-layout that prettier gives to declarations is that which is read here.
+There is a page for each module of Python's package, and for each part of jostle.d.ts; members follow their class.
+Signatures are shown as in the source. Nothing is imported or run: Python's own parser reads Python, and jostle.d.ts is
+read in the layout that prettier gives it.
 """
 import ast
 import re

@@ -25,7 +25,7 @@ languages = {".cpp": "cpp", ".hpp": "cpp", ".h": "c", ".c": "c", ".py": "python"
 # A link or picture of Markdown, and what must be passed over: blocks of code, and code within a line.
 markdown_link = re.compile(r"(^ *```.*?^ *```$|^(?: {4}[^\n]*\n)+|``.+?``|`[^`]+`)|(\]\()([^)\s]+)(\))", re.MULTILINE | re.DOTALL)
 
-# What the search leaves out: whoever looks for a word wants a guide or the reference, and the index is loaded by each visitor.
+# What the search leaves out: it should find guides and the reference, and every visitor loads its index.
 not_searched = re.compile(r"(decisions/.|source/|tests/|bench/|examples/|mutants|fuzzing|inside/chapter|reference/chapter|migrate/from-0|CHANGELOG)")
 # Words of the trade that a page is found by, although it says others: they come first.
 words = {
@@ -63,7 +63,7 @@ def on_config(config):
     header = (root / "include/jostle/version.hpp").read_text()
     version = ".".join(re.search(rf"VERSION_{part} (\d+)", header)[1] for part in ("MAJOR", "MINOR", "PATCH"))
     config["copyright"] = f"Jostle {version}, MIT licence"
-    # There is none yet that everybody can reach: whoever has one says so.
+    # There is no public repository yet.
     if os.environ.get("JOSTLE_REPOSITORY"):
         config["repo_url"], config["repo_name"] = os.environ["JOSTLE_REPOSITORY"], f"Jostle {version}"
     return config
@@ -132,7 +132,7 @@ def on_files(files, config):
 
 
 def on_nav(nav, config, files):
-    """Whoever writes a page or a header says where it belongs."""
+    """Every page and header must be in the menu."""
     shown = {page.file.src_uri for page in nav.pages}
     for file in files.documentation_pages():
         if re.match(r"(start|guide|migrate|reference)/", file.src_uri) and file.src_uri not in shown:

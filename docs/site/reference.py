@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""The reference of C++ and C: a page for each public header, from its own comments; of jostle.h one for each part.
+"""The reference of C++ and C: a page for each public header, from its own comments; for jostle.h one for each part.
 
-Doxygen reads the headers: which declarations there are, where, and what the comment of each says. Declarations are
-shown as they stand in the source; enums, and structs that are but data, whole and with the comments in them.
+Doxygen reads the headers: the declarations, their lines and their comments. Declarations are shown as in the source;
+enums, and structs that are only data, whole and with the comments in them.
 """
 import pathlib
 import re

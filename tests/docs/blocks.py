@@ -14,7 +14,7 @@ js       is run by tests/js.
 rust     is run by tests/rust.
 cmake, text, json: shown as they are.
 
-There are no others, and no blocks without a fence, which would be checked by nobody.
+There are no others, and no blocks without a fence, which nothing would check.
 """
 import os
 import pathlib
