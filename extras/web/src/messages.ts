@@ -64,7 +64,7 @@ export interface Frame extends Buffers {
   checksum: string;
   frame: number;
   frames: number | undefined; // of a recording
-  /** No frame follows: whoever sent them has ended. */
+  /** No frame follows: the sender has ended. */
   ended: boolean;
   ms: number;
   stages: StageTimes;

@@ -49,8 +49,8 @@ namespace fcl {
 ///           called. A callback may also update() objects, which later questions see, not register or
 ///           unregister them.
 /// Cost      update() reads the boxes. What follows decides what is made of them: the pairs within the
-///           manager are found anew; questions about single objects look through all boxes a few times before
-///           a tree is mended, or made.
+///           manager are found from scratch; queries about single objects look through all boxes a few times
+///           before a tree is refitted, or made.
 /// Source    docs/guide/fcl.md
 template <class S>
 class Manager : public ::fcl::BroadPhaseCollisionManager<S>

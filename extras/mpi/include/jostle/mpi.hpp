@@ -226,10 +226,10 @@ class Answers
     std::vector<std::uint8_t> more_;
 };
 
-/// When space is divided among the ranks anew.
+/// When space is repartitioned among the ranks.
 enum class Rebalance : std::uint8_t
 {
-    automatic,  ///< when imbalance has cost more time than dividing anew did the last time
+    automatic,  ///< when imbalance has cost more time than the last repartitioning
     on_request, ///< in the first update with objects, and after request_rebalance()
 };
 
@@ -243,7 +243,7 @@ struct WorldOptions
     double margin = 0;
     /// The same on all ranks.
     Rebalance rebalance = Rebalance::automatic;
-    /// Objects go to the rank that searches their place, whenever space is divided anew, and when they touch
+    /// Objects go to the rank that searches their place, whenever space is repartitioned, and when they touch
     /// their rank's region no longer. Otherwise an object stays with the rank that added it; nothing else
     /// depends on it. The same on all ranks.
     bool migrate = true;
@@ -341,7 +341,7 @@ class JOSTLE_API World
     void set_filter(std::uint64_t id, const ObjectFilter& filter) noexcept;
     void set_margin(std::uint64_t id, T margin) noexcept;
     void set_enabled(std::uint64_t id, bool enabled) noexcept;
-    /// At least one rank has to ask for space to be divided anew in the next update.
+    /// At least one rank has to ask for a repartitioning in the next update.
     void request_rebalance() noexcept;
 
     // --- Update ---
