@@ -49,7 +49,7 @@ std::string output_of(const std::vector<std::string>& command)
     const std::optional<jostle_system::Finished> finished =
         jostle_system::run_program(command, jostle_system::Errors::shown);
     if (!finished) throw UsageError("distribute: " + command[0] + " can't be started; install openmpi-bin");
-    if (!finished->well) throw UsageError("distribute: a rank failed; what it said is above");
+    if (!finished->well) throw UsageError("distribute: a rank failed; its message is above");
     return finished->output;
 }
 

@@ -145,7 +145,7 @@ PageServer::PageServer(const PageOptions& options) : http_(std::make_unique<Http
         throw UsageError(options.port == 0
                              ? std::string("no port of 127.0.0.1 can be served")
                              : "--port: " + std::to_string(options.port) +
-                                   " can't be served, most likely since another program does; give another");
+                                   " can't be used, probably because another program has it; give another");
     http_->address = std::string("http://") + host + ":" + std::to_string(port) + "/";
 }
 

@@ -118,7 +118,7 @@ jostle_neighbor_list find_neighbors(NeighborFinder<Dim, T>& finder, const jostle
     const auto& [points, others, cutoff, cells, options] = search;
     const NeighborList<Dim, T>* found = nullptr;
     if (query.offsets != nullptr) {
-        if (query.others != nullptr) refuse("of many systems each has one set, and others isn't NULL");
+        if (query.others != nullptr) refuse("many systems have one set each, but others isn't NULL");
         found = &finder.find_systems(points, offsets_of(query.offsets, query.system_count, "system_count"),
                                      cutoff, cells, options);
     } else {
@@ -132,7 +132,7 @@ template <int Dim, class T>
 bool stream_neighbors(NeighborFinder<Dim, T>& finder, const jostle_neighbor_query& query, std::uint64_t rows,
                       jostle_neighbor_sink_function sink, void* context)
 {
-    if (query.offsets != nullptr) refuse("a stream is of one system, and offsets isn't NULL");
+    if (query.offsets != nullptr) refuse("a stream has one system, but offsets isn't NULL");
     const NeighborSearch<Dim, T> search(query);
     const auto& [points, others, cutoff, cells, options] = search;
     const auto hand_over = [&](std::size_t first, const NeighborList<Dim, T>& block) {

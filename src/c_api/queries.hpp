@@ -242,8 +242,7 @@ Asked<Query, Memory>::Asked(const jostle_queries& given, std::uint64_t count, st
                             Memory& memory)
     : memory_(memory)
 {
-    if (!has_shape(kind_of<Query>) && given.shapes != nullptr)
-        refuse("the queries have shapes, but are of a kind that has none");
+    if (!has_shape(kind_of<Query>) && given.shapes != nullptr) refuse("queries of this kind have no shapes");
     const std::uint64_t nearest = std::min<std::uint64_t>(given.nearest == 0 ? 1 : given.nearest, limit);
     read(given, static_cast<std::size_t>(count), static_cast<std::uint32_t>(nearest),
          static_cast<const Query*>(nullptr));

@@ -178,7 +178,7 @@ TEST_F(CNeighbors, RefuseWhatTheyCannotRead)
     query.offsets = offsets, query.system_count = 1;
     EXPECT_NE(refusal().find("offset"), std::string::npos);
     query.others = points;
-    EXPECT_EQ(refusal(), "of many systems each has one set, and others isn't NULL");
+    EXPECT_EQ(refusal(), "many systems have one set each, but others isn't NULL");
     query.others = nullptr, query.offsets = nullptr;
     const std::int32_t repeats[4] = {};
     const double cells[8] = {};
@@ -195,7 +195,7 @@ TEST_F(CNeighbors, RefuseWhatTheyCannotRead)
     };
     EXPECT_EQ(streamed(1), "there are 2 cells for one system; give one");
     query.offsets = offsets;
-    EXPECT_EQ(streamed(1), "a stream is of one system, and offsets isn't NULL");
+    EXPECT_EQ(streamed(1), "a stream has one system, but offsets isn't NULL");
     query.offsets = nullptr, query.cell_count = 0;
     EXPECT_EQ(streamed(0), "a stream in blocks of 0 rows never ends; give 1 or more");
     OK(jostle_neighbor_finder_stream(handle, &query, 1, stop, nullptr, &finished, &error));

@@ -119,7 +119,7 @@ TEST(Errors, OfNumbersThatShapesCantHave)
     for (const double wrong : {nan, infinite})
         says([&] { (void)Shape3::half_space({0, wrong, 0}, 1); }, "normal is");
 
-    says([] { Compound<3>(std::span<const Compound<3>::Child>()); }, "a compound of no children");
+    says([] { Compound<3>(std::span<const Compound<3>::Child>()); }, "a compound without children");
     const Shape3 ball = Shape3::sphere(1);
     Pose3d poses[4];
     poses[0].position = {0, 2e60, 0};
@@ -151,7 +151,7 @@ TEST(Errors, NameTheObjectAndTheValue)
     const float nan = std::numeric_limits<float>::quiet_NaN();
     EXPECT_NE(message_of([] { (void)Shape3::sphere(-1); }).find("-1"), std::string::npos);
     EXPECT_NE(
-        message_of([] { (void)Mesh<3>(std::vector<Vec<3, double>>{{}}, {}); }).find("mesh of no elements"),
+        message_of([] { (void)Mesh<3>(std::vector<Vec<3, double>>{{}}, {}); }).find("mesh without elements"),
         std::string::npos);
     for (const bool two_sets : {false, true}) {
         const std::string itself = message_of([two_sets] {

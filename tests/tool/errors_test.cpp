@@ -228,7 +228,7 @@ TEST_F(Errors, Meshes)
                       "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
                       "property float z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n"
                       "0 0 0\n1 0 0\nnan 1 0\n0 1 0\n3 0 1 3\n3 0 2 3\n",
-                      "m.ply: triangle 1 has a corner that isn't finite; mend or drop the triangle");
+                      "m.ply: triangle 1 has a corner that isn't finite; fix or drop the triangle");
     // By its number among those of all parts: a node that is scaled twice, by more than floats hold.
     expect_file_error("m.gltf",
                       R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1]}],
@@ -237,7 +237,7 @@ TEST_F(Errors, Meshes)
 "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
 "bufferViews":[{"buffer":0,"byteLength":36}],
 "buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})",
-                      "m.gltf: triangle 1 has a corner that isn't finite; mend or drop the triangle");
+                      "m.gltf: triangle 1 has a corner that isn't finite; fix or drop the triangle");
 }
 
 TEST_F(Errors, Recordings)

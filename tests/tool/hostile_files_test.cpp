@@ -135,7 +135,7 @@ std::string doubling_nodes(int levels)
 TEST_F(HostileFiles, AMeshsMemoryIsBoundByItsSize)
 {
     const std::string memory =
-        "needs more memory than a sound mesh of its size does; check or export it again";
+        "needs more memory than a valid mesh of its size; check it, or export it again";
     write("nodes.gltf", doubling_nodes(40));
     expect_refused("nodes.gltf", memory, 700'000);
     std::string glb = "glTF"; // version 2, 22 bytes, of which 2 GB are JSON

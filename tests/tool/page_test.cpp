@@ -171,7 +171,7 @@ TEST_F(Page, ReplayRefusesWhatThePageCouldNotShow)
     const std::string port = address_.substr(17, address_.find('/', 17) - 17);
     EXPECT_EQ(said({"replay", "b.csv", "--page", "page", "--port", port}),
               "jostle: --port: " + port +
-                  " can't be served, most likely since another program does; give another\n");
+                  " can't be used, probably because another program has it; give another\n");
     EXPECT_EQ(end(SIGINT).exit_code, 0);
     serve({"replay", "b.csv", "--port", port}); // at once
     EXPECT_EQ(address_.substr(17, port.size()), port);

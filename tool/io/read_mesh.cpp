@@ -115,7 +115,7 @@ class SceneItems
                 const aiVector3D at = placed * mesh.mVertices[face.mIndices[corner]];
                 if (!std::isfinite(at.x) || !std::isfinite(at.y) || !std::isfinite(at.z))
                     throw UsageError("triangle " + std::to_string(triangles_) +
-                                     " has a corner that isn't finite; mend or drop the triangle");
+                                     " has a corner that isn't finite; fix or drop the triangle");
                 corners[corner] = {at.x, at.y, at.z};
             }
             any = true;
@@ -315,7 +315,7 @@ template <class Item>
         const bool sent = send(to, &tag_items, 1) && send(to, items.data(), items.size() * sizeof(Item));
         _exit(sent ? 0 : 1);
     } catch (const std::bad_alloc&) {
-        message = "needs more memory than a sound mesh of its size does; check or export it again";
+        message = "needs more memory than a valid mesh of its size; check it, or export it again";
     } catch (const std::exception& error) {
         message = error.what();
     }

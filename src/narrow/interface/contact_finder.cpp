@@ -249,7 +249,7 @@ void ContactFinder<Dim, T>::add_test(const PairTest<Dim>& test)
         if (type >= ShapeTypes::end && type < ShapeTypes::first_custom)
             throw Error(ErrorCode::invalid_argument,
                         "a pair test for shapes of type " + std::to_string(type) +
-                            ", which there are none of; give one of ShapeTypes, or a custom one from " +
+                            ", which doesn't exist; give one of ShapeTypes, or a custom one from " +
                             std::to_string(ShapeTypes::first_custom));
     const InUse call(implementation_->in_use, "ContactFinder");
     implementation_->tests.push_back(test);

@@ -340,7 +340,7 @@ template <Coordinate T>
 void ConvexHull<Dim>::build(std::span<const Vec<Dim, T>> points)
 {
     if (points.empty())
-        throw Error(ErrorCode::invalid_argument, "a convex hull of no points; give at least one");
+        throw Error(ErrorCode::invalid_argument, "a convex hull without points; give at least one");
     const ExactFloats exact;
     std::vector<narrow::V<Dim>> all;
     all.reserve(points.size());

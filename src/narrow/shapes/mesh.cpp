@@ -287,7 +287,7 @@ void Mesh<Dim>::build(std::span<const Vec<Dim, T>> vertices, std::span<const Ele
         throw Error(ErrorCode::invalid_argument, "the weld of a mesh is " + narrow::text(options.weld) +
                                                      "; give a finite length of 0 or more");
     if (elements.empty())
-        throw Error(ErrorCode::invalid_argument, "a mesh of no elements; give at least one");
+        throw Error(ErrorCode::invalid_argument, "a mesh without elements; give at least one");
     if (elements.size() > narrow::most_parts / Dim)
         throw Error(ErrorCode::invalid_argument, "a mesh of " + std::to_string(elements.size()) +
                                                      " elements; give at most " +
@@ -352,7 +352,7 @@ template <int Dim>
 Compound<Dim>::Compound(std::span<const Child> children)
 {
     if (children.empty())
-        throw Error(ErrorCode::invalid_argument, "a compound of no children; give at least one");
+        throw Error(ErrorCode::invalid_argument, "a compound without children; give at least one");
     auto data = std::make_shared<narrow::CompoundData<Dim>>();
     for (std::size_t i = 0; i < children.size(); ++i) {
         const Child& child = children[i];

@@ -135,7 +135,7 @@ void World<Dim, T>::restore(std::span<const std::byte> snapshot)
     const InUse call = implementation_->users.change();
     world::SnapshotReader in(world::whole_snapshot, snapshot);
     if (in.read_header(world::saved_space<Dim, T>) != 0)
-        in.refuse("the checksum says that there was an alteration");
+        in.refuse("its checksum is wrong, so it was altered");
 
     // From here on the checksum is right, but the contents may still be forged, so everything is checked.
     WorldOptions options = implementation_->state.options;

@@ -188,8 +188,7 @@ class SnapshotReader
         if (length != bytes_.size() - snapshot_header)
             refuse("there are " + std::to_string(bytes_.size()) + " bytes, but " +
                    std::to_string(length + snapshot_header) + " were saved");
-        if (checksum(bytes_) != sum || reserved != 0)
-            refuse("the checksum says that there was an alteration");
+        if (checksum(bytes_) != sum || reserved != 0) refuse("its checksum is wrong, so it was altered");
         return base;
     }
 
