@@ -3,7 +3,7 @@
  * Rectangles that stay, by number: what programs know as the package flatbush, answered by a `BoxIndex` of
  * Jostle's.
  *
- *     import { Flatbush } from "jostle/flatbush"; // in place of: import Flatbush from "flatbush";
+ *     import { Flatbush } from "jostle/flatbush"; // instead of: import Flatbush from "flatbush";
  *
  * It differs from flatbush in this:
  *
@@ -36,12 +36,12 @@ export class Flatbush {
     ArrayType?: TypedArrayConstructor,
     ArrayBufferType?: ArrayBufferConstructor | SharedArrayBufferConstructor,
   );
-  /** From `data` of this class or of flatbush's. The index is built anew. */
+  /** From `data` of this class or of flatbush's. The index is rebuilt. */
   static from(data: ArrayBuffer | SharedArrayBuffer, byteOffset?: number): Flatbush;
 
   /** Returns the number of the rectangle: 0, 1, ... */
   add(minX: number, minY: number, maxX?: number, maxY?: number): number;
-  /** To be called when all are added, before any question. */
+  /** Call this when all are added, before any query. */
   finish(): void;
 
   /** The numbers of what touches the rectangle, of which the filter may keep some. */
@@ -69,7 +69,7 @@ export class Flatbush {
     filter?: (index: number) => unknown,
   ): number[];
 
-  /** In flatbush's format, version 3, which flatbush reads, too. Made when it is first asked for. */
+  /** In flatbush's format, version 3, which flatbush reads, too. Made when first read. */
   readonly data: ArrayBuffer | SharedArrayBuffer;
   readonly numItems: number;
   readonly nodeSize: number;

@@ -13,8 +13,8 @@
  * Memory An array that lies in the module's memory (see `array`) is read in place, others are copied into it.
  *        What a call returns belongs to the caller, unless its comment says that it is a view. Objects with
  *        `dispose()` hold memory of the module: dispose of them, or leave it to the garbage collector.
- * Null   counts as left out in place of options, and of any one of them.
- * Errors Every mistake is a `JostleError` that names the object, and leaves everything as it was.
+ * Null   instead of options, or of any one of them, counts as left out.
+ * Errors Every mistake is a `JostleError` that names the object, and leaves everything unchanged.
  */
 
 /** What was wrong with the data that a call was given. */
@@ -33,7 +33,7 @@ export class JostleError extends Error {
 
 export interface LoadOptions {
   /**
-   * A smaller module: "2d" or "3d" has everything in float32 and that many dimensions, but for the
+   * A smaller module: "2d" or "3d" has everything in float32 and that many dimensions, without the
    * simulations, which are of 3D; "pairs" has what JostlePairs has. Where there are to be threads, and where
    * there is no SIMD, it is the whole one.
    */
@@ -151,12 +151,12 @@ export interface Disposable {
  * An array in the module's own memory, for input that is written in place, frame after frame.
  *
  *     const boxes = jostle.array("float32", 6 * 500_000);
- *     boxes.view[0] = 1;                          // take `view` anew after every call of Jostle
+ *     boxes.view[0] = 1;                          // take `view` again after every call of Jostle
  *     finder.find(boxes, { dim: 3 });             // no copy
  */
 export interface MemoryArray<A extends ArrayBufferView = FloatArray> extends Disposable {
   /**
-   * The numbers. When memory grows, earlier views have no elements any more: ask for `view` anew, it costs
+   * The numbers. When memory grows, earlier views have no elements any more: take `view` again, it costs
    * nothing. Keep the array as long as its views: they don't keep it from being collected, and then show
    * memory that others use.
    */
@@ -218,7 +218,7 @@ export type Engine = "grid" | "chapter" | "uniform" | "brute";
 export interface PeriodicOptions
   extends Pick<FindOptions, "dim" | "sort" | "category" | "mask" | "owner" | "vertices" | "accept"> {}
 
-/** Of many scenes: numbers of boxes are those within their scene, but for the filter's arrays. */
+/** Of many scenes: numbers of boxes are those within their scene, except in the filter's arrays. */
 export interface ScenesOptions
   extends Pick<FindOptions, "dim" | "category" | "mask" | "owner"> {
   accept?: (scene: number, a: number, b: number) => boolean;
@@ -430,7 +430,7 @@ export interface NeighborOptions {
   offsets?: ArrayLike<number>;
 }
 
-/** Those that were asked for; each is the caller's. */
+/** The requested quantities; each is the caller's. */
 export interface Neighbors {
   /** The point, ascending, and its neighbour. */
   i: Uint32Array;
@@ -614,7 +614,7 @@ export interface ObjectFilter {
   category?: number;
   /** By default all bits. */
   mask?: number;
-  /** By default nobody. */
+  /** By default none. */
   owner?: number;
   isStatic?: boolean;
 }
@@ -712,7 +712,7 @@ export interface World extends Disposable, Verbs<Float64Array, QueryFilter> {
   persisted(): Uint32Array;
   /** Began and persisted as one list, by index: what ContactFinder.find wants. */
   changedPairs(): Uint32Array;
-  /** All pairs that touch, by index. Costs as much as finding them anew. */
+  /** All pairs that touch, by index. Costs as much as a search. */
   pairs(): Uint32Array;
   /** Who each of these objects touches, ascending by index. */
   touching(ids: Ids): Answers<Float64Array>;
@@ -809,7 +809,7 @@ export interface Contacts {
   readonly features: Uint32Array;
 }
 
-/** One row for each pair; infinite where it is more than what was asked for. */
+/** One row for each pair; infinite if beyond the given distance. */
 export interface Distances {
   readonly distances: FloatArray;
   readonly normals: FloatArray;
@@ -854,7 +854,7 @@ export interface ContactFinder extends Disposable {
   touching(a: Objects, pairs: Integers, options?: { b?: Objects }): Uint8Array;
   distances(a: Objects, pairs: Integers, options?: { b?: Objects; maxDistance?: number }): Distances;
   /**
-   * When moving shapes first touch: in place of poses motions, which have linear and angular velocity as well
+   * When moving shapes first touch: instead of poses motions, which have linear and angular velocity as well
    * (13 or 7 numbers).
    */
   impacts(a: Objects, pairs: Integers, options?: { b?: Objects; tolerance?: number }): Impacts;

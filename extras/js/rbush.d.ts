@@ -3,7 +3,7 @@
  * Rectangles of objects that come, go and move: what programs know as the package rbush, answered by a
  * `BoxIndex` of Jostle's.
  *
- *     import { RBush } from "jostle/rbush";       // in place of: import RBush from "rbush";
+ *     import { RBush } from "jostle/rbush";       // instead of: import RBush from "rbush";
  *
  * It differs from rbush in this:
  *
@@ -14,7 +14,7 @@
  * remove finds an item by what it is (===), also if its box has changed since.
  * Tuning `maxEntries`, `compareMinX` and `compareMinY` have no effect.
  *
- * Changes are applied by the next question: many at once cost much less than one by one.
+ * Changes are applied by the next query: many at once cost much less than one by one.
  */
 export interface BBox {
   minX: number;
@@ -33,7 +33,7 @@ export class RBush<T = BBox> {
    * equals(item, other) holds.
    */
   remove(item: T, equals?: (a: T, b: T) => boolean): this;
-  /** Takes the box of an item anew, after it has moved. An item that isn't there is a `JostleError`. */
+  /** Reads the box of an item again, after it has moved. An item that isn't there is a `JostleError`. */
   update(item: T): this;
   clear(): this;
 

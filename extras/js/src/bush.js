@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Rectangles by number, and questions about them: what jostle/rbush and jostle/flatbush are made with. Their
+// Rectangles by number, and queries about them: what jostle/rbush and jostle/flatbush are made with. Their
 // constructors can't wait for a module, so that it is loaded with them.
 
 import { Owned, describe } from "./core.js";

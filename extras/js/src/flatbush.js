@@ -49,7 +49,7 @@ export class Flatbush {
     if (this.#added !== this.numItems)
       refuse(`finish: ${this.#added} items were added, and ${this.numItems} announced`);
     this.#bush.load(this.#boxes);
-    this.#bush.any(0, 0, 0, 0); // the index is made before the first question
+    this.#bush.any(0, 0, 0, 0); // the index is made before the first query
     this.#finished = true;
   }
 

@@ -156,7 +156,7 @@ def whole(given: Any, name: str, end: int = 2**32) -> int:
 
 
 def threads(given: Any, accept: Any = None) -> int:
-    """How many threads. A function in Python is asked on one: of several, each would mostly wait for the others."""
+    """How many threads. A function in Python is called on one: several would mostly wait for each other."""
     number = whole(given, "threads")
     if number > 1024:
         raise Error(f"threads is {number}: it must be from 0 to 1024")

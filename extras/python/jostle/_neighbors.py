@@ -137,7 +137,7 @@ def _query(points: Any, cutoff: Any, cell: Any, periodic: Any, others: Any, cuto
         value = float(_arrays.numbers(cutoff, "cutoff"))
     if min(counts):
         value = 0.0 if radii or numbers else value
-    else:  # nobody has neighbours, and C would take arrays without elements for none
+    else:  # none has neighbours, and C would take arrays without elements for none
         radii, table, numbers, greater = [], None, [], False
 
     def one_each(arrays: list[np.ndarray], of: Any) -> list[Maybe]:

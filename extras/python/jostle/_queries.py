@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Queries of boxes and of shapes, and the verbs that ask them."""
+"""Queries of boxes and of shapes, and the verbs that run them."""
 from __future__ import annotations
 
 from typing import Any, Callable, Sequence, Union
@@ -182,7 +182,7 @@ WHAT_COUNTS = """
     every index of an id), about the shapes in the boxes. Which objects count:
 
     exclude   an id that doesn't, or one for each query; -1 is none
-    asker     (category, mask) or (category, mask, owner); all bits and no owner if it isn't given, so that `owner` alone leaves nobody out
+    asker     (category, mask) or (category, mask, owner); all bits and no owner if it isn't given, so that `owner` alone excludes none
     category, mask, owner   one uint32 per id, of an index alone, since a world knows its objects' filters: an object counts if its
               category is in the asker's mask, the asker's category in its mask, and the owners differ
     accept    accept(query, id) is asked last, about what may be an answer
@@ -190,7 +190,7 @@ WHAT_COUNTS = """
 
 
 class Verbs:
-    __doc__ = "How a BoxIndex and a World are asked." + WHAT_COUNTS
+    __doc__ = "The queries of a BoxIndex and a World." + WHAT_COUNTS
 
     dim: int
     dtype: np.dtype
@@ -230,7 +230,7 @@ class Verbs:
 
     def any(self, queries: Any, shapes: Shapes | None = None, poses: Any = None, *, category: Any = None, mask: Any = None,
             owner: Any = None, asker: Asker | None = None, exclude: Exclude = None, accept: AcceptAnswer | None = None) -> np.ndarray:
-        """Whether each query has any answer: (n,) bool. Boxes in place of queries ask what overlaps them, here and below."""
+        """Whether each query has any answer: (n,) bool. Boxes instead of queries find what overlaps them, here and below."""
         return self._call("any", queries, NOT_NEAREST, shapes, poses, asking(asker, exclude, accept, category, mask, owner)).astype(bool)
 
     def count(self, queries: Any, shapes: Shapes | None = None, poses: Any = None, *, category: Any = None, mask: Any = None,

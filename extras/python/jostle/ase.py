@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The neighbour lists of ASE, found by this library: the calls and the results of ase.neighborlist (3.22), in a fraction of the time.
 
-    from jostle.ase import NeighborList, neighbor_list      # in place of: from ase.neighborlist import ...
+    from jostle.ase import NeighborList, neighbor_list      # instead of: from ase.neighborlist import ...
 
 ASE isn't imported: whatever has `positions`, `cell`, `pbc` and `numbers` will do. As in ASE, a pair counts where its distance is
 below its cutoff, and not where it equals it, as neighbors() has it. Lists come sorted by i, then by j and shift.
@@ -75,7 +75,7 @@ def neighbor_list(quantities: str, a: Any, cutoff: Any, self_interaction: bool =
         more, some = {}, bool((reach != 0).any())
     if some:
         found = neighbors(positions, reach, cell, pbc, quantities=letters + "i", threads=threads, **more)
-    else:  # ASE finds nobody then
+    else:  # ASE finds none then
         found = neighbors(positions[:0], 1.0, quantities=letters + "i")
     by_letter = {letter: values.astype(np.int64) if letter in "ijS" else values for letter, values in zip(letters, found)}
     if self_interaction:
@@ -85,7 +85,7 @@ def neighbor_list(quantities: str, a: Any, cutoff: Any, self_interaction: bool =
 
 
 class NeighborList:
-    """As ase.neighborlist.NeighborList: a list that is made anew when an atom has moved further than the skin.
+    """As ase.neighborlist.NeighborList: a list that is made again when an atom has moved further than the skin.
 
         nl = jostle.ase.NeighborList([1.5] * len(atoms), self_interaction=False, bothways=True)
         nl.update(atoms)
@@ -109,7 +109,7 @@ class NeighborList:
         self._space: tuple[np.ndarray, np.ndarray, np.ndarray]  # of the last list
 
     def update(self, atoms: Any) -> bool:
-        """Makes the list anew if that is needed, and says whether it was."""
+        """Makes the list again if needed, and returns whether it did."""
         space = _space(atoms)
         if self.nupdates and len(space[0]) == len(self._space[0]) and all(map(np.array_equal, space[1:], self._space[1:])):
             moved = ((space[0] - self._space[0])**2).sum(axis=1)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The collision manager of trimesh, on this library: the calls and answers of trimesh.collision (4), for any number of contacts.
 
-    from jostle.trimesh import CollisionManager      # in place of: from trimesh.collision import CollisionManager
+    from jostle.trimesh import CollisionManager      # instead of: from trimesh.collision import CollisionManager
 
 Neither trimesh nor FCL is imported: whatever has `vertices` and `faces` is a mesh. As in trimesh, a mesh that says `is_convex` is a
 solid, and any other one is a surface: what lies wholly within it, without touching it, doesn't collide.
@@ -599,7 +599,7 @@ class CollisionManager:
             answer.append(data)
         return answer[0] if len(answer) == 1 else tuple(answer)
 
-    # --- What is asked about ---
+    # --- Queries ---
 
     def _slot(self, name: Hashable) -> int:
         slot = self._objects.slots.get(name)

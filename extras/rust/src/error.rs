@@ -33,7 +33,7 @@ pub enum ErrorKind {
 
 /// What went wrong, in words that name the object and its value.
 ///
-/// After an error everything is as it was before the call.
+/// After an error nothing is changed.
 ///
 /// ```
 /// let boxes = [[[0.0, 0.0], [1.0, 1.0]], [[0.0, f32::NAN], [1.0, 1.0]]];

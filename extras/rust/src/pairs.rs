@@ -59,7 +59,7 @@ impl Default for Filter<'_> {
 }
 
 impl<'a> Filter<'a> {
-    /// Belongs to nobody: see [`Filter::owners`].
+    /// No owner: see [`Filter::owners`].
     pub const NO_OWNER: u32 = u32::MAX;
 
     /// All pairs.
@@ -79,7 +79,7 @@ impl<'a> Filter<'a> {
         self.layers = [category.into(), mask.into()];
         self
     }
-    /// Objects of one owner never pair. [`Filter::NO_OWNER`] belongs to nobody.
+    /// Objects of one owner never pair. [`Filter::NO_OWNER`] is no owner.
     pub fn owners(mut self, owners: impl Into<Values<'a>>) -> Self {
         self.owners = owners.into();
         self
@@ -94,7 +94,7 @@ impl<'a> Filter<'a> {
         self.owners_of_second = owners.into();
         self
     }
-    /// Is asked last, about pairs that touch and that all else lets through, from several threads at a time.
+    /// Is called last, for pairs that touch and pass all other filters, from several threads at a time.
     ///
     /// A panic ends the search and goes on in the call.
     pub fn accept(mut self, accept: &'a (dyn Fn(u32, u32) -> bool + Sync)) -> Self {
@@ -265,7 +265,7 @@ pub struct Chunk<'a> {
     pub part: u64,
 }
 
-/// Finds all pairs of boxes that touch, anew in each call.
+/// Finds all pairs of boxes that touch, from scratch in each call.
 ///
 /// It keeps nothing between calls but memory, so that a steady scene allocates nothing. One call at a time:
 /// `find` takes `&mut self`, and pairs lie in the finder for as long as they are borrowed.

@@ -57,7 +57,7 @@ pub struct ObjectFilter {
     pub category: u32,
     /// See `category`.
     pub mask: u32,
-    /// Objects of one owner never pair; `u32::MAX` belongs to nobody.
+    /// Objects of one owner never pair; `u32::MAX` is no owner.
     pub owner: u32,
     /// Never pairs with static ones.
     pub is_static: bool,
@@ -131,8 +131,8 @@ impl WorldOptions {
         self.layers.push(ffi::jostle_query_layer { category, mask });
         self
     }
-    /// Is asked once about each pair that would begin, in [`update`](World::update) on its thread, in
-    /// ascending order of the pairs. A panic leaves the world as it was and goes on in the call.
+    /// Is called once for each pair that would begin, in [`update`](World::update) on its thread, in
+    /// ascending order of the pairs. A panic leaves the world unchanged and continues in the call.
     pub fn accept(mut self, accept: impl Fn(Id, Id) -> bool + Send + Sync + 'static) -> Self {
         self.accept = Some(Arc::new(Accept { accept: Box::new(accept), caught: Caught::default() }));
         self
@@ -185,7 +185,7 @@ pub type World2d = World<f64, 2>;
 /// println!("{}", began.len());
 /// ```
 ///
-/// and nobody asks while a world is updated:
+/// and no query runs while a world is updated:
 ///
 /// ```compile_fail,E0502
 /// let mut world = jostle::World3f::new();
@@ -392,7 +392,7 @@ impl<T: Coordinate<D>, const D: usize> World<T, D> {
     /// Applies what was queued and finds out what that did to the pairs.
     ///
     /// # Errors
-    /// For want of memory. The world is then as it was.
+    /// Out of memory. The world is then unchanged.
     pub fn update(&mut self) -> Result<(), Error> {
         let handle = self.handle;
         self.change(|error| unsafe { ffi::jostle_world_update(handle, error) })
@@ -490,7 +490,7 @@ impl<T: Coordinate<D>, const D: usize> World<T, D> {
         // SAFETY: as above.
         unsafe { Pairs::from_raw(raw) }
     }
-    /// All pairs that touch, by index. Costs as much as finding them anew.
+    /// All pairs that touch, by index. Costs as much as a search.
     pub fn pairs(&self) -> Vec<Pair> {
         let results = Results::new();
         must(|error| unsafe { ffi::jostle_world_pairs(self.handle, results.raw(), error) });
