@@ -667,7 +667,7 @@ export function refuse_detached(given, what) {
     new Uint8Array(given.buffer);
   } catch {
     refuse(
-      `${what} is a view of memory that has grown since, or was transferred, and is empty now: take it anew`,
+      `${what} is a view of memory that has grown since, or was transferred, and is empty now: take it again`,
     );
   }
 }
