@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A cloth that falls over a ball and onto itself, by position-based dynamics. Near parts are pushed apart, and
-// no vertex moves beyond the first impact, so no edge ever passes through a triangle.
+// A cloth that falls over a ball and onto itself, by position-based dynamics. Near parts are pushed apart,
+// and no vertex moves beyond the first impact, so no edge ever passes through a triangle.
 // Usage: cloth [VERTICES ALONG EACH SIDE] [FRAMES]
 #include <jostle/jostle.hpp>
 

@@ -40,8 +40,8 @@ class Counted final : public FoundByProcessor
     [[nodiscard]] Counts counts() const override { return totals(cells_.bytes(), cells_.records.size()); }
 
   private:
-    /// Alg. 10, corrected: on its own level what lies ahead of the object, on coarser levels whatever may touch
-    /// it.
+    /// Alg. 10, corrected: on its own level what lies ahead of the object, on coarser levels whatever may
+    /// touch it.
     void search(std::uint32_t i, Found& found) const
     {
         const Record& obj = cells_.records[i];
