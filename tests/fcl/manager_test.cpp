@@ -435,7 +435,7 @@ TYPED_TEST(Managers, DistanceWithManyOddOnesOfOneAndOfTwo)
             ours.distance(&others, &between, Calls<S>::distance);
             EXPECT_EQ(between.least, least_distance(a.pointers(), b.pointers()));
         }
-        // Whoever says nothing about a distance is asked about each pair once, unless it has none.
+        // A callback that sets no distance is called for each pair once, unless there is none.
         const auto tell_nothing = [](Object<S>* x, Object<S>* y, void* data, S&) {
             EXPECT_TRUE(static_cast<Pairs<S>*>(data)->insert(std::minmax(x, y)).second);
             return false;

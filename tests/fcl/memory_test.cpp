@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A manager that ran out of memory is as it was.
+// A manager that ran out of memory is unchanged.
 #include <fcl/geometry/shape/sphere.h>
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Any bytes as an NPY file, or as they come through a pipe, whose length nobody tells: what is taken of one
+// Any bytes as an NPY file, or as they come through a pipe, of unknown length: what is taken of one
 // is taken of the other. What is read is read again from the plainest file of the same boxes.
 #include <cstring>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The structure itself: whole after every change, as good after long use as when built anew, and as before
+// The structure itself: valid after every change, as good after long use as when rebuilt, and as before
 // where memory runs out.
 #include <gtest/gtest.h>
 
@@ -62,7 +62,7 @@ struct TreeObjects
             boxes.push_back(random_box<3, float>(random, kind));
         }
     }
-    /// A tree built anew opens `fresh` nodes and leaves for the boxes; how many more does this one?
+    /// A rebuilt tree opens `fresh` nodes and leaves for the boxes; how many more does this one?
     double compare(const Tree& tree) const
     {
         Tree fresh{IndexOptions{}};

@@ -117,7 +117,7 @@ TEST(Faults, TwoRanksAddTheSame)
     }
 }
 
-/// What is given back is overwritten, so that whoever reads it afterwards is found out.
+/// Freed memory is overwritten, so that reads after it are noticed.
 class WipingMemory final : public std::pmr::memory_resource
 {
     void* do_allocate(std::size_t bytes, std::size_t alignment) override

@@ -178,7 +178,7 @@ TEST(Hostile, WhatHasLeftItsRegionMigratesAtOnce)
     EXPECT_EQ(scene.world->stats().partitions, 1u);
 }
 
-/// How many updates go by before space is divided anew, where rank 0 works `slowest` us in each, the others
+/// How many updates go by before space is repartitioned, where rank 0 works `slowest` us in each, the others
 /// 1, and dividing takes `price`; each rank then has one ghost more in each update, of 1000 objects.
 int updates_until_division(double slowest, double price, bool drift, bool automatic = true)
 {

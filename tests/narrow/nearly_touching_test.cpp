@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Smooth shapes that touch but for a millionth or a billionth of their size.
+// Smooth shapes whose gap or overlap is a millionth or a billionth of their size.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -32,7 +32,7 @@ double signed_distance_near(Random& random, Vec3 n, const Shape3& a, const Pose3
     return best;
 }
 
-// Where two touch but for a millionth or a billionth, GJK's simplices are too flat to say whether they do.
+// At a gap of a millionth or a billionth, GJK's simplices are too flat to say whether two shapes touch.
 TEST(NearlyTouchingShapes, AreApartOrNot)
 {
     Random random(77);

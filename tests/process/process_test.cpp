@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Every pair and item once, whoever works; and what callbacks throw.
+// Every pair and item once, on any threads; and exceptions of callbacks.
 #include <gtest/gtest.h>
 
 #include <atomic>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Responses against a plain loop: the same bits, whoever added what, when, and in which form it was kept.
+// Responses against a plain loop: the same bits for any threads, any order and both forms.
 #include <gtest/gtest.h>
 
 #include <atomic>

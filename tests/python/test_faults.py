@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The package without memory: whichever allocation fails, and on whichever thread, the call raises MemoryError, what it was asked of
-is as it was, nothing is lost, and the same call with memory has the same result as one that never failed.
+is unchanged, nothing is lost, and the same call with memory has the same result as one that never failed.
 
 starve.cpp must be preloaded: package.py does it. Only C++'s operator new fails, from which all memory of the library and of the
 compiled part comes. malloc doesn't, on which Python, NumPy, the C++ runtime and most of oneTBB live. Each call is made with memory

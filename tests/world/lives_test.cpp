@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Long lives. Most objects rest; a third moves on and on, each along one axis at a time; now and then
-// something is added, removed or filtered anew. Updates fail in every way, and are tried again. Beside the
-// world live others that were restored from its snapshots or forked from it, whose updates never fail. All
-// must say what the twin says.
+// something is added, removed or gets another filter. Updates fail in every way, and are tried again. Other
+// worlds were restored from its snapshots or forked from it, and their updates never fail. All must agree
+// with the twin.
 //   JOSTLE_LIVES   how many seeds for each kind of world (1); a hundred for a thorough run
 // A failure names seed and update: the test with that seed, up to that update, is the way to see it again.
 #include <condition_variable>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// No memory in steady updates; and when there is none at all, the world stays as it was.
+// No memory in steady updates; and when there is none at all, the world stays unchanged.
 #include <atomic>
 #include <cmath>
 #include <cstring>

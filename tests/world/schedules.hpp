@@ -274,7 +274,7 @@ class Explorer
     Knowledge& knowledge() { return knowledge_[running_]; }
     /// The running thread has done something that depends on `seen`, and on all it did before.
     std::uint64_t step(std::uint64_t seen) { return names_[running_] = mix(names_[running_], seen); }
-    /// The same for two runs that did the same, but for the order of steps that don't see each other.
+    /// The same for two runs that did the same, except for the order of steps that don't see each other.
     [[nodiscard]] std::uint64_t state() const
     {
         std::uint64_t sum = 0;
@@ -301,7 +301,7 @@ class Explorer
     std::string error_;
 };
 
-/// What stands in for std::atomic.
+/// Replaces std::atomic.
 template <class Value>
 class Atomic
 {
@@ -322,7 +322,7 @@ class Atomic
     std::uint32_t place_;
 };
 
-/// What stands in for std::mutex.
+/// Replaces std::mutex.
 class Mutex
 {
   public:

@@ -189,7 +189,7 @@ TEST(Shifted, WhoPassesByMeetsThemWhereTheyAre)
     EXPECT_GT(stayed, 500u);
 }
 
-// Which of them have moved of late is in snapshots: else those restored would go on in another way.
+// Snapshots have which of them moved recently; otherwise restored worlds would continue differently.
 TEST(Shifted, SnapshotsKnowThem)
 {
     Churn<3, float> churn(6, 12, false);

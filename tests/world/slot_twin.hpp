@@ -6,7 +6,7 @@
 
 namespace world_tests {
 
-/// Slots by definition: the least that nobody had, in the order of began().
+/// Slots by definition: the least free ones, in the order of began().
 class SlotTwin
 {
   public:

@@ -137,7 +137,7 @@ TEST(Snapshot, WhatWasRefusedStaysRefused)
     }
 }
 
-// What a world remembers of the neighbours of those that move is made anew when it is restored; one of them
+// What a world remembers of the neighbours of those that move is rebuilt when it is restored; one of them
 // wakes up in the very next update.
 TEST(Snapshot, ANeighbourThatWakesUpAtOnceIsFoundOnce)
 {
