@@ -58,7 +58,7 @@ write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/jostleConfigVersion
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/jostleConfig.cmake ${CMAKE_CURRENT_BINARY_DIR}/jostleConfigVersion.cmake
   DESTINATION ${package_dir} COMPONENT development)
 
-# A component of its own: whoever has the library needs neither MPI nor Zoltan.
+# A component of its own: users of the library need neither MPI nor Zoltan.
 if(TARGET jostle_mpi)
   install(TARGETS jostle_mpi EXPORT jostleMpiTargets
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development

@@ -108,7 +108,7 @@ class BulletServer final : public ServerPeer
         Taker<Take> taker{take};
         tree.collideTV(tree.m_root, volume(box), taker);
     }
-    /// Asks anew what these players touch.
+    /// Queries again what these players touch.
     void compare(std::span<const std::uint32_t> moved, std::vector<Pair>& began, std::vector<Pair>& ended)
     {
         for (const std::uint32_t a : moved) {

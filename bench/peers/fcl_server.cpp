@@ -85,7 +85,7 @@ class FclServer final : public ServerPeer
                                 return false; // go on
                             });
     }
-    /// Asks anew what these players touch.
+    /// Queries again what these players touch.
     void compare(std::span<const std::uint32_t> moved, std::vector<Pair>& began, std::vector<Pair>& ended)
     {
         for (const std::uint32_t a : moved) {

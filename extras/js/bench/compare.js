@@ -8,7 +8,7 @@
 // Each frame all boxes move, and each system is given the new boxes and asked for all pairs: the time
 // includes what it takes to tell it of them. Each frame is done by all systems in turn, on one thread each;
 // the median of the frames' processor times counts, so that other programs on the machine matter little. All
-// have to find the same pairs, but for the physics engines, which round centre and half edges to float, and
+// have to find the same pairs, except the physics engines, which round centre and half edges to float, and
 // make boxes wider so that they needn't be told of small motions: they may miss one pair in a thousand, and
 // find more.
 import RAPIER from "@dimforge/rapier3d-simd-compat";

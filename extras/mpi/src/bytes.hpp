@@ -138,7 +138,7 @@ void put(Bytes& bytes, const ObjectFilter& filter)
     put(bytes, std::uint8_t{filter.is_static});
 }
 
-/// Takes the numbers out again, in the same order. Whoever reads checks `failed` where bytes may be missing.
+/// Takes the numbers out again, in the same order. Readers check `failed` where bytes may be missing.
 class Reader
 {
   public:

@@ -11,7 +11,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace mpi {
 
-/// Which ids the scene has. Each id has one rank that knows whether it is there, whoever's the object is, so
+/// The ids of the scene. For each id one rank, not always the object's owner, knows whether it exists, so
 /// that no two ranks can add the same.
 class Directory
 {

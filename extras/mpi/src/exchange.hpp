@@ -45,7 +45,7 @@ class Exchange
     [[nodiscard]] std::span<const std::byte> to_myself() const noexcept;
     /// Gets ready to send; after it start() needs no memory.
     void seal();
-    /// Begins to send. A rank that failed sends nothing, so that its half-written messages reach nobody.
+    /// Begins to send. A rank that failed sends nothing, so that none gets its half-written messages.
     void start(const Agreement& agreement) noexcept;
     /// Collective with start(). Waits until all messages of all ranks have arrived. If there is no memory for
     /// one it is dropped, and the agreement hears of it.

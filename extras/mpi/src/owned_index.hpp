@@ -13,7 +13,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace mpi {
 
-/// This rank's objects that aren't disabled, to be asked: made anew for the first query after an update
+/// This rank's objects that aren't disabled, for queries: made again for the first query after an update
 /// that changed one. Its ids ascend as the objects' do, so that its order of answers is theirs.
 template <int Dim, Coordinate T>
 class OwnedIndex

@@ -10,7 +10,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace mpi {
 
-/// Says when to divide space anew: once imbalance and ghosts have wasted, since the last time, as much time
+/// Says when to repartition space: once imbalance and ghosts have wasted, since the last time, as much time
 /// as that time took. Whatever happens next, the two together then cost at most twice what the best choice
 /// of the moment would have, as where one rents until the rents have reached the price.
 ///

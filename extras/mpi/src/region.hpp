@@ -90,10 +90,9 @@ class PairListener
     ~PairListener() = default;
 };
 
-/// The part of the scene that one rank searches: all objects that touch its region, whoever's they are, in
-/// a jostle::World of their own. That world finds which pairs may have changed; what became of them follows
-/// from the states of their objects before the update and after it, so it doesn't matter which ranks saw
-/// them before.
+/// The part of the scene that one rank searches: all objects that touch its region, also other ranks', in a
+/// jostle::World. That world finds the pairs that may have changed; their events follow from the states of
+/// their objects before and after the update, so it doesn't matter which ranks saw them before.
 template <int Dim, Coordinate T>
 class Region
 {
@@ -125,7 +124,7 @@ class Region
     [[nodiscard]] std::size_t size() const noexcept { return places_.size(); }
     [[nodiscard]] std::size_t ghosts() const noexcept { return ghosts_; }
 
-    /// Makes the local world anew where an update failed after it had changed it.
+    /// Rebuilds the local world if an update failed after changing it.
     void recover(const Partition& partition);
 
     // Queries to what is searched here: the local world's, and what its ids stand for.

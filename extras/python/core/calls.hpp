@@ -77,7 +77,7 @@ void call(F&& f, Pending* pending = nullptr)
     }
     if (status == JOSTLE_OK) return;
     // First: where the library had no memory for saying that a callback failed, it says that. The exception
-    // must not stay in any case, since its traceback holds whoever holds it.
+    // must not stay in any case, since its traceback holds its holders.
     if (pending != nullptr) pending->rethrow();
     raise(error);
 }

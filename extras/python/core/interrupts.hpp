@@ -46,7 +46,7 @@ void call_in_parts(std::uint64_t count, Pending* pending, F&& ask, std::uint64_t
                 return ask(std::uint64_t{0}, count, error);
             },
             pending);
-        if (all_at_once) return; // another thread has mended it
+        if (all_at_once) return; // another thread has corrected it
         first += now;
         if (PyErr_CheckSignals() != 0) throw py::error_already_set();
         const auto took = Clock::now() - begin;
@@ -58,7 +58,7 @@ void call_in_parts(std::uint64_t count, Pending* pending, F&& ask, std::uint64_t
 
 /// Memory for calls that may take long. The thread that makes such a call looks for signals now and then,
 /// while it allocates. If a signal's handler raises, there is no memory left, and that ends the call; the
-/// library leaves everything as it was. The call stays on its thread: to a world it matters which thread a
+/// library leaves everything unchanged. The call stays on its thread: to a world it matters which thread a
 /// command comes from.
 class Interruptible
 {

@@ -15,7 +15,7 @@ namespace jostle_python {
 
 namespace {
 
-/// A search on a thread of its own, which waits where nobody takes its pairs: memory stays bounded.
+/// A search on a thread of its own, which waits until its pairs are taken: memory stays bounded.
 class PairStream
 {
   public:

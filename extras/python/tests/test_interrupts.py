@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Ctrl-C ends calls that take long, soon, and leaves what they work on as it was."""
+"""Ctrl-C soon ends long calls, and leaves their objects unchanged."""
 import os
 import signal
 import subprocess

@@ -122,7 +122,7 @@ class Slow:
 
 
 def known(distances, touch, limit=0.0):
-    """Whether these are the pairs that are no further apart, but for what rounding decides."""
+    """Whether these are the pairs that are no further apart, except where rounding decides."""
     near = {pair for pair, d in distances.items() if d < limit - 1e-9 or d == 0}
     maybe = {pair for pair, d in distances.items() if d <= limit + 1e-9}
     return near <= touch <= maybe

@@ -203,7 +203,7 @@ class Broadphase : public btBroadphaseInterface
         }
         return cache_;
     }
-    /// As it was left by the last call of any other member.
+    /// As the last call of any other member left it.
     const btOverlappingPairCache* getOverlappingPairCache() const override { return cache_; }
 
     /// Around all bounds; of nothing, zeros. Takes time in proportion to all proxies.
@@ -270,7 +270,7 @@ class Broadphase : public btBroadphaseInterface
         Box bounds = nowhere();
         ObjectId id = {};             ///< in the world; names nothing before the proxy is in it
         std::uint32_t pending = none; ///< its place among those whose bounds the world doesn't know yet
-        std::uint32_t number = 0;     ///< of its memory, whoever lives there
+        std::uint32_t number = 0;     ///< of its memory, whatever object is in it
         bool ghost = false;
         bool disabled = false; ///< in the world, where it touches nothing
         Proxy() { m_uniqueId = 0; }
@@ -411,7 +411,7 @@ class Broadphase : public btBroadphaseInterface
     /// Tells the world of all new bounds, and remembers what that did to the pairs.
     void catch_up()
     {
-        // Whoever else changed the cache isn't known, so from now on all that move are offered again.
+        // Other code changed the cache, so from now on all that move are offered again.
         if (cache_->getNumOverlappingPairs() != cached_) offer_all_ = true;
         if (!unseen_) return;
         new_.clear();

@@ -341,7 +341,7 @@ class MendedTree
 
     static Item item(const Box& box, std::uint32_t place) noexcept
     {
-        constexpr S most = S(1e18); // of what is out there nobody needs to know the order
+        constexpr S most = S(1e18); // beyond that, the order doesn't matter
         Item result{{0, 0, 0, 0}, place};
         for (int d = 0; d < 3; ++d) {
             if (!(box.lo[d] <= box.hi[d])) return {{0, 0, 0, 0}, place};

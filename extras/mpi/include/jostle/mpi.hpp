@@ -293,8 +293,8 @@ struct QueryStats
 ///
 /// Each object has an id of the user's choice, which no other object of the scene has, and belongs to one
 /// rank: at first to the one that adds it. Space is divided into one region for each rank, by Zoltan. A
-/// rank finds the pairs in its region, among all objects that touch it, whoever's they are; each pair is
-/// told once, to the rank whose object has the lower id.
+/// rank finds the pairs in its region, among all objects that touch it, also other ranks'; each pair is
+/// reported once, to the owner of the object with the lower id.
 ///
 /// Exact     the lists of all ranks, merged, are those of one jostle::World whose indices ascend as the ids
 ///           do: for any number of ranks and threads, wherever objects are, however often space is divided
