@@ -24,6 +24,9 @@ using surfaces::Kind;
 /// What coordinates, distances and thicknesses may be: the greatest float leaves room for their sums.
 constexpr double furthest = 1e30;
 
+/// How many pairs kernels take at once.
+constexpr std::uint32_t some_pairs = surfaces::PartBatch::size;
+
 template <class T>
 Vec3 as_double(const Vec<3, T>& v)
 {
@@ -56,8 +59,8 @@ bool share_a_vertex(Kind kind, const Vertices& v)
 }
 
 /// Where a pair's vertices are, one by one.
-template <class T>
-auto places_of(const Vertices& vertices, std::span<const Vec<3, T>> positions)
+template <class T, std::size_t N>
+auto places_of(const std::array<std::uint32_t, N>& vertices, std::span<const Vec<3, T>> positions)
 {
     return [&vertices, positions](std::size_t k) -> const Vec<3, T>& { return positions[vertices[k]]; };
 }
@@ -216,29 +219,47 @@ struct SurfaceFinder<T>::Implementation
         return part;
     }
 
-    /// Moves those of some pairs to the front that vertices and bodies leave in and that may be near, and
-    /// returns their end. Branches that depend on a pair would be wrong half the time: so each pair is put
-    /// down, and the next one over it where it doesn't count.
-    template <Kind kind>
-    Pair* keep(const Search& search, Pair* first, Pair* last) const
+    /// Moves those of some pairs to the front that are to stay, and returns their end. put(k, pair) puts a pair
+    /// down as number k, or tells that it doesn't count; leave_out(count) has a bit for each of those put down.
+    /// Branches that depend on a pair would be wrong half the time: so each is put down, and the next one over
+    /// it where it doesn't count.
+    template <class Put, class LeaveOut>
+    static Pair* keep(Pair* first, Pair* last, const Put& put, const LeaveOut& leave_out)
     {
-        using surfaces::PartBatch;
-        const Surface& surface = search.surface;
-        const bool moves = !search.to.empty();
-        PartBatch batch{};
-        std::array<Pair, PartBatch::size> pair;
-        std::array<Vertices, PartBatch::size> vertices;
-        std::fill_n(batch.reach, PartBatch::size, static_cast<float>(search.distance));
+        std::array<Pair, some_pairs> pair;
         Pair* kept = first;
         while (first != last) {
             std::uint32_t count = 0;
-            for (; first != last && count < PartBatch::size; ++first) {
-                pair[count] = *first;
-                if constexpr (kind == Kind::vertex_triangle) pair[count].a = surface.points()[first->a];
-                const Vertices of_pair = vertices_of(kind, surface, pair[count]);
-                vertices[count] = of_pair;
-                count += search.may_meet(kind, of_pair) ? 1 : 0;
+            for (; first != last && count < some_pairs; ++first) {
+                Pair one = *first; // read back from its place, it would wait for the count of those before
+                const bool counts = put(count, one);
+                pair[count] = one;
+                count += counts ? 1 : 0;
             }
+            const std::uint64_t out = leave_out(count);
+            for (std::uint32_t k = 0; k < count; ++k) {
+                *kept = pair[k];
+                kept += 1 - (out >> k & 1);
+            }
+        }
+        return kept;
+    }
+    /// Those that vertices and bodies leave in and that may be near.
+    template <Kind kind>
+    Pair* keep_near(const Search& search, Pair* first, Pair* last) const
+    {
+        const Surface& surface = search.surface;
+        const bool moves = !search.to.empty();
+        surfaces::PartBatch batch{};
+        std::array<Vertices, some_pairs> vertices;
+        std::fill_n(batch.reach, some_pairs, static_cast<float>(search.distance));
+        const auto put = [&](std::uint32_t k, Pair& pair) {
+            if constexpr (kind == Kind::vertex_triangle) pair.a = surface.points()[pair.a];
+            const Vertices of_pair = vertices_of(kind, surface, pair);
+            vertices[k] = of_pair;
+            return search.may_meet(kind, of_pair);
+        };
+        return keep(first, last, put, [&](std::uint32_t count) {
             for (std::uint32_t k = 0; k < count; ++k) {
                 surfaces::put_legs(batch.from, k, places_of(vertices[k], search.positions));
                 if (moves) surfaces::put_legs(batch.to, k, places_of(vertices[k], search.to));
@@ -247,13 +268,8 @@ struct SurfaceFinder<T>::Implementation
                 for (std::uint32_t k = 0; k < count; ++k)
                     batch.reach[k] = static_cast<float>(search.reach(kind, vertices[k]));
             const surfaces::PartKernels::OfKind& tell = kernels.of(kind);
-            const std::uint64_t apart = (moves ? tell.moving_apart : tell.apart)(batch, count);
-            for (std::uint32_t k = 0; k < count; ++k) {
-                *kept = pair[k];
-                kept += 1 - (apart >> k & 1);
-            }
-        }
-        return kept;
+            return (moves ? tell.moving_apart : tell.apart)(batch, count);
+        });
     }
 
     /// Into `pairs`: those whose boxes touch, that vertices and bodies leave in, and that may be near.
@@ -261,8 +277,8 @@ struct SurfaceFinder<T>::Implementation
     {
         const Surface& surface = search.surface;
         const auto select = [&](Pair* first, Pair* last) {
-            return kind == Kind::vertex_triangle ? keep<Kind::vertex_triangle>(search, first, last)
-                                                 : keep<Kind::edge_edge>(search, first, last);
+            return kind == Kind::vertex_triangle ? keep_near<Kind::vertex_triangle>(search, first, last)
+                                                 : keep_near<Kind::edge_edge>(search, first, last);
         };
         if (kind == Kind::vertex_triangle) {
             put_boxes(search, surface.points(), search.distance, boxes_a);
@@ -414,16 +430,31 @@ void SurfaceFinder<T>::Implementation::find_crossings(const Search& search)
         return power == 0 ? v : Vec3{std::ldexp(v.x, power), std::ldexp(v.y, power), std::ldexp(v.z, power)};
     };
     const Surface& surface = search.surface;
+    const std::span<const std::uint32_t> bodies = search.options.bodies;
     const auto select = [&](Pair* first, Pair* last) {
-        return std::remove_if(first, last, [&](const Pair& pair) {
+        surfaces::CrossingBatch batch{};
+        std::array<std::array<std::uint32_t, 5>, some_pairs> vertices;
+        const auto put = [&](std::uint32_t k, const Pair& pair) {
             const Surface::Edge& edge = surface.edges()[pair.a];
-            const Surface::Triangle& triangle = surface.triangles()[pair.b];
-            for (const std::uint32_t corner : triangle)
-                if (corner == edge[0] || corner == edge[1]) return true;
-            const std::span<const std::uint32_t> bodies = search.options.bodies;
-            if (!bodies.empty() && bodies[edge[0]] == bodies[triangle[0]]) return true;
-            return !surfaces::crosses(place(edge[0]), place(edge[1]),
-                                      {place(triangle[0]), place(triangle[1]), place(triangle[2])});
+            const Surface::Triangle& corner = surface.triangles()[pair.b];
+            vertices[k] = {edge[0], edge[1], corner[0], corner[1], corner[2]};
+            bool may = bodies.empty() || bodies[edge[0]] != bodies[corner[0]];
+            for (const std::uint32_t end : edge)
+                for (const std::uint32_t other : corner)
+                    may &= end != other;
+            return may;
+        };
+        return keep(first, last, put, [&](std::uint32_t count) {
+            for (std::uint32_t k = 0; k < count; ++k)
+                surfaces::put_legs(batch.legs, k, places_of(vertices[k], search.positions));
+            std::uint64_t out = kernels.uncrossed(batch, count);
+            for (std::uint32_t k = 0; k < count; ++k) {
+                if ((out >> k & 1) != 0) continue;
+                const auto& [p, q, a, b, c] = vertices[k];
+                if (!surfaces::crosses(place(p), place(q), {place(a), place(b), place(c)}))
+                    out |= std::uint64_t{1} << k;
+            }
+            return out;
         });
     };
     put_boxes(search, surface.edges(), T(0), boxes_a);

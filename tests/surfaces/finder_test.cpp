@@ -320,6 +320,48 @@ TEST(Surfaces, ASteadyStepAllocatesNothing)
     EXPECT_EQ(memory.bytes, 0u);
 }
 
+/// Beside results, a quarter of which is to spare: what the guide says.
+TEST(Surfaces, MemoryForATriangleIsLimited)
+{
+    constexpr std::uint32_t side = 97, in_fold = 12; // a cloth in 8 folds, as in `jostle bench surfaces`
+    std::mt19937 random(13);
+    const auto aside = [&](double most) {
+        return std::uniform_real_distribution<double>(-most, most)(random);
+    };
+    std::vector<Surface::Triangle> triangles;
+    std::vector<jostle::Vec3d> at, to;
+    for (std::uint32_t k = 0; k < side * side; ++k) {
+        const std::uint32_t x = k % side, y = k / side, layer = x / in_fold, in = x % in_fold;
+        at.push_back({layer % 2 == 0 ? in : double(in_fold - in), double(y), 0.2 * layer});
+        for (int d = 0; d < 3; ++d)
+            at[k][d] += aside(d == 2 ? 0.06 : 0.1);
+        to.push_back(at[k] + jostle::Vec3d{aside(0.2), aside(0.2), aside(0.2)});
+        if (x + 1 == side || y + 1 == side) continue;
+        triangles.push_back({k, k + 1, k + side});
+        triangles.push_back({k + 1, k + side + 1, k + side});
+    }
+    const Surface surface(triangles);
+    const auto beside_results = [&](const auto& search) {
+        contract::CountingMemory memory;
+        SurfaceFinder<double> finder({.executor = &jostle::serial_executor(), .memory = &memory});
+        const double results = search(finder) * 1.25;
+        EXPECT_GT(results, double(triangles.size()));
+        return (double(memory.peak) - results) / double(triangles.size());
+    };
+    const auto bytes = [](const auto& list) { return double(list.size() * sizeof(*list.begin())); };
+    EXPECT_LT(beside_results([&](auto& finder) {
+                  const auto& near = finder.near(surface, at, 0.2);
+                  return bytes(near.vertex_triangle) + bytes(near.edge_edge);
+              }),
+              400);
+    EXPECT_LT(beside_results([&](auto& finder) {
+                  const auto& moving = finder.moving(surface, at, to);
+                  return bytes(moving.vertex_triangle) + bytes(moving.edge_edge);
+              }),
+              400);
+    EXPECT_LT(beside_results([&](auto& finder) { return bytes(finder.crossings(surface, to)); }), 400);
+}
+
 TEST(Surfaces, AnAllocationThatFailsLeavesAFinderThatWorks)
 {
     std::mt19937 random(12);

@@ -139,6 +139,69 @@ TEST(SurfaceKernels, OfNumbersOutOfRangeTheySayNothing)
             }
 }
 
+/// An edge and a triangle: anywhere, or with an end, or the edge's way, hardly off the triangle's plane or
+/// border.
+std::array<jostle::Vec3d, 5> edge_and_triangle(std::mt19937& random, bool anywhere)
+{
+    const auto real = [&] { return std::uniform_real_distribution<double>(-1, 1)(random); };
+    std::array<jostle::Vec3d, 5> at;
+    for (jostle::Vec3d& v : at)
+        v = {real(), real(), real()};
+    if (anywhere) return at;
+    const auto kind = 1 + random() % 3;
+    // Of the triangle's plane, in it or on the border of the first two corners.
+    const double s = 0.5 + 0.4 * real(), t = kind == 1 ? (1 - s) * (0.5 + 0.4 * real()) : 0;
+    const jostle::Vec3d on = at[2] * (1 - s - t) + at[3] * s + at[4] * t;
+    const double off = std::ldexp(real(), -static_cast<int>(random() % 40));
+    const jostle::Vec3d to = on + jostle::Vec3d{off * real(), off * real(), off * real()};
+    at[1] = kind == 3 ? to : at[0] + (to - at[0]) * 2;
+    return at;
+}
+
+TEST(SurfaceKernels, EdgesThatTheySayCrossNothingDoNot)
+{
+    using jostle::surfaces::CrossingBatch;
+    std::mt19937 random(25);
+    std::uint64_t told = 0, uncrossed = 0, crossed = 0;
+    for (int round = 0; round < 400; ++round) {
+        const bool in_range = round % 8 != 0;
+        const int power = in_range ? static_cast<int>(random() % 60) - 28 : round % 16 == 0 ? 40 : -40;
+        const double scale = std::ldexp(1.0, power);
+        const std::uint32_t count = round % 5 == 0 ? 1 + static_cast<std::uint32_t>(random() % 64) : 64;
+        CrossingBatch batch{};
+        std::array<std::array<jostle::Vec3d, 5>, 64> at;
+        for (std::uint32_t k = 0; k < count; ++k) {
+            at[k] = edge_and_triangle(random, k % 2 == 0);
+            for (jostle::Vec3d& v : at[k])
+                v = v * scale;
+            jostle::surfaces::put_legs(batch.legs, k, [&](std::size_t i) -> auto& { return at[k][i]; });
+        }
+        const auto say = [&](jostle::InstructionSet set) {
+            return jostle::surfaces::kernels_for(set).uncrossed(batch, count) &
+                   (count == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1);
+        };
+        const std::uint64_t said = say(jostle::InstructionSet::scalar);
+        for (const jostle::InstructionSet set : jostle::supported_instruction_sets())
+            ASSERT_EQ(say(set), said) << round;
+        if (!in_range) {
+            ASSERT_EQ(said, 0u) << power;
+        }
+        for (std::uint32_t k = 0; k < count; ++k) {
+            const bool crosses = oracle::crosses({at[k][0], at[k][1]}, {at[k][2], at[k][3], at[k][4]});
+            if (crosses) {
+                ASSERT_EQ(said >> k & 1, 0u) << round << " " << k;
+            }
+            if (!in_range || k % 2 != 0) continue;
+            ++(crosses ? crossed : uncrossed);
+            told += said >> k & 1;
+        }
+    }
+    EXPECT_GT(crossed, 500u);
+    EXPECT_GT(uncrossed, 5000u);
+    EXPECT_GT(static_cast<double>(told), 0.99 * static_cast<double>(uncrossed))
+        << told << " of " << uncrossed;
+}
+
 /// Places that reach from denormal to 1e60, among them equal ones and sides of no length.
 Four any_size(std::mt19937& random)
 {

@@ -31,6 +31,8 @@ namespace one_pair {
 //
 #include "surfaces/kernels/apart-inl.hpp"
 //
+#include "surfaces/kernels/uncrossed-inl.hpp"
+//
 #include "surfaces/kernels/exact-inl.hpp"
 #pragma pop_macro("HWY_ATTR")
 
@@ -53,11 +55,14 @@ namespace HWY_NAMESPACE {
 //
 #include "surfaces/kernels/apart-inl.hpp"
 //
+#include "surfaces/kernels/uncrossed-inl.hpp"
+//
 #include "surfaces/kernels/exact-inl.hpp"
 #else
 using one_pair::apart;
 using one_pair::distances;
 using one_pair::impacts;
+using one_pair::uncrossed;
 #endif
 
 const PartKernels& kernels()
@@ -65,6 +70,7 @@ const PartKernels& kernels()
     static constexpr PartKernels table = {
         {apart<3, false>, apart<3, true>, distances<3>, impacts<3>},
         {apart<4, false>, apart<4, true>, distances<4>, impacts<4>},
+        uncrossed,
     };
     return table;
 }

@@ -25,6 +25,15 @@ struct PartBatch
     alignas(64) float reach[size];
 };
 
+/// Edges and triangles as columns, for floats.
+struct CrossingBatch
+{
+    static constexpr std::uint32_t size = 64;
+
+    /// From the edge's first end to its second, and to the triangle's corners, x, y and z of each.
+    alignas(64) float legs[12][size];
+};
+
 /// Pairs as columns, for doubles.
 struct PlaceBatch
 {
@@ -52,11 +61,11 @@ struct PartDistances
 };
 
 /// Puts down a pair in a column: vertex(k) is where its vertex k is.
-template <class Vertex>
-void put_legs(float (&columns)[9][PartBatch::size], std::size_t column, const Vertex& vertex)
+template <std::size_t legs, class Vertex>
+void put_legs(float (&columns)[legs][PartBatch::size], std::size_t column, const Vertex& vertex)
 {
     const auto& first = vertex(0);
-    for (std::size_t i = 0; i < 9; ++i) {
+    for (std::size_t i = 0; i < legs; ++i) {
         const int d = static_cast<int>(i % 3);
         columns[i][column] = static_cast<float>(double{vertex(i / 3 + 1)[d]} - double{first[d]});
     }
@@ -85,6 +94,8 @@ struct PartKernels
                         double (&times)[PlaceBatch::size]);
     };
     OfKind vertex_triangle, edge_edge;
+    /// A bit for each pair of an edge and a triangle: whether it certainly has no point in common.
+    std::uint64_t (*uncrossed)(const CrossingBatch& pairs, std::uint32_t count);
 
     [[nodiscard]] const OfKind& of(Kind kind) const
     {
