@@ -212,6 +212,91 @@ TEST(Surfaces, MovingIsThatOfAllPairs)
     moving_is_that_of_all_pairs<float>();
 }
 
+/// Four places that move straight, in small whole numbers and parts of them, and a time at which their pair
+/// meets: anyhow; all in one plane; in one line; with an edge of no length; at corners; or so that it is a
+/// point by then. Fast corners turn triangles over on the way.
+struct Meeting
+{
+    std::array<jostle::Vec3d, 4> from, to;
+    double time;
+};
+Meeting meeting(bool edges, std::mt19937& random)
+{
+    const auto whole = [&](int most) { return static_cast<double>(random() % (2 * most + 1)) - most; };
+    const auto kind = random() % 6;
+    const int speed = random() % 4 == 0 ? 16 : 3;
+    std::array<jostle::Vec3d, 4> at, moves;
+    for (std::size_t k = 0; k < 4; ++k)
+        for (int d = 0; d < 3; ++d) {
+            const bool flat = (kind == 1 && d == 2) || (kind == 2 && d != 0);
+            at[k][d] = flat || kind == 5 ? 0 : 8 * whole(3);
+            moves[k][d] = flat ? 0 : whole(speed);
+        }
+    if (kind == 3) at[3] = at[2], moves[3] = moves[2];
+    const double part = kind == 4 ? double(random() % 2) : double(random() % 5) / 4,
+                 other = kind == 4 ? 0 : double(random() % 3) / 2 * (1 - part);
+    if (edges) {
+        const jostle::Vec3d meet = at[2] * (1 - part) + at[3] * part;
+        at[1] = random() % 2 == 0 ? meet : meet * 2.0 - at[0];
+    } else {
+        at[0] = at[1] * (1 - part - other) + at[2] * part + at[3] * other;
+    }
+    Meeting result;
+    result.time = std::array{0.0, 0.25, 0.5, 1.0}[random() % 4];
+    for (std::size_t k = 0; k < 4; ++k) {
+        result.from[k] = at[k] - moves[k] * result.time;
+        result.to[k] = at[k] + moves[k] * (1 - result.time);
+    }
+    return result;
+}
+
+/// Also far from the origin, where they move by 1e-6 at 1e6, and in denormal numbers; all exact.
+TEST(Surfaces, MovingMissesNothingThatMeetsByConstruction)
+{
+    std::mt19937 random(14);
+    for (const auto& [offset, scale] : {std::pair{0.0, 1.0}, {0x1p20, 0x1p-24}, {0.0, 0x1p-1070}})
+        for (const bool edges : {false, true}) {
+            constexpr std::uint32_t pairs = 300;
+            std::vector<Surface::Triangle> triangles;
+            std::vector<Surface::Edge> hair;
+            std::vector<std::uint32_t> loose, bodies;
+            std::vector<jostle::Vec3d> from, to;
+            std::vector<Meeting> meetings;
+            for (std::uint32_t pair = 0; pair < pairs; ++pair) {
+                const std::uint32_t first = 4 * pair;
+                if (edges) {
+                    hair.push_back({first, first + 1});
+                    hair.push_back({first + 2, first + 3});
+                } else {
+                    loose.push_back(first);
+                    triangles.push_back({first + 1, first + 2, first + 3});
+                }
+                const Meeting& one = meetings.emplace_back(meeting(edges, random));
+                const jostle::Vec3d place{256.0 * (pair % 20), 256.0 * (pair / 20), 0};
+                for (std::size_t k = 0; k < 4; ++k)
+                    for (const auto& [in, out] : {std::pair{&one.from, &from}, std::pair{&one.to, &to}})
+                        out->push_back(((*in)[k] + place) * scale + jostle::Vec3d{offset, offset, offset});
+            }
+            SurfaceFinder<double> finder;
+            const Surface surface(triangles, hair, loose);
+            const auto& moving = finder.moving(surface, from, to);
+            std::map<std::uint32_t, double> found; // by the pair that is meant; cells don't reach each other
+            for (const auto& impact : edges ? moving.edge_edge : moving.vertex_triangle)
+                if (edges ? impact.vertices[0] / 4 == impact.vertices[2] / 4
+                          : impact.a / 4 == impact.vertices[1] / 4 && impact.a % 4 == 0)
+                    found[impact.vertices[0] / 4] = impact.time;
+            ASSERT_EQ(found.size(), pairs) << scale;
+            for (std::uint32_t pair = 0; pair < pairs; ++pair) {
+                const double time = found[pair];
+                ASSERT_LE(time, meetings[pair].time) << scale << " " << pair;
+                ASSERT_LE(moving.safe_step, time);
+                const oracle::Point gap =
+                    oracle::shortest(edges, oracle::places(meetings[pair].from, meetings[pair].to, time));
+                ASSERT_LE(oracle::dot(gap, gap), 1e-8) << scale << " " << pair; // 1e-6 of about a hundred
+            }
+        }
+}
+
 TEST(Surfaces, CrossingsAreThoseOfAllPairs)
 {
     std::mt19937 random(9);
