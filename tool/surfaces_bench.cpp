@@ -16,6 +16,9 @@
 #include "threads.hpp"
 #include "tool/scenes/random.hpp"
 #include "turns.hpp"
+#ifdef JOSTLE_WITH_PEERS
+#include "bench/surface_peers.hpp"
+#endif
 
 namespace jostle_tool {
 
@@ -100,6 +103,29 @@ Queries make_queries(const Surface& surface, const Cloth& cloth, const std::vect
     }
     return queries;
 }
+
+#ifdef JOSTLE_WITH_PEERS
+/// How many pairs of triangles cross: an edge that does belongs to one or two of them.
+std::uint64_t crossing_triangles(const Surface& surface,
+                                 const jostle::BlockBuffer<jostle::Crossing>& crossings)
+{
+    std::vector<std::vector<std::uint32_t>> of_edge(surface.edges().size());
+    for (std::uint32_t t = 0; t < surface.triangles().size(); ++t)
+        for (std::size_t k = 0; k < 3; ++k) {
+            const auto& corner = surface.triangles()[t];
+            const auto [low, high] = std::minmax(corner[k], corner[(k + 1) % 3]);
+            const auto found =
+                std::lower_bound(surface.edges().begin(), surface.edges().end(), Surface::Edge{low, high});
+            of_edge[static_cast<std::size_t>(found - surface.edges().begin())].push_back(t);
+        }
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
+    for (const jostle::Crossing& crossing : crossings)
+        for (const std::uint32_t t : of_edge[crossing.edge])
+            pairs.push_back(std::minmax(t, crossing.triangle));
+    std::sort(pairs.begin(), pairs.end());
+    return static_cast<std::uint64_t>(std::unique(pairs.begin(), pairs.end()) - pairs.begin());
+}
+#endif
 
 class SurfaceTable : public BenchTable
 {
@@ -197,6 +223,18 @@ void run(const BenchOptions& options)
                              std::to_string(moving));
         }
 #ifdef JOSTLE_WITH_PEERS
+        if (name == "crossings" && options.peers) {
+            const auto peer = jostle_bench::make_cgal_crossings();
+            peer->start(cloth.triangles, cloth.to);
+            std::uint64_t theirs = 0;
+            const auto ms = timed([&] { theirs = peer->find(); });
+            table.row(peer->name(), each->name, 1, ms, theirs);
+            jostle::SurfaceFinder3d finder;
+            const std::uint64_t ours = crossing_triangles(surface, finder.crossings(surface, cloth.to));
+            if (theirs != ours)
+                table.differ("crossings: " + std::to_string(ours) + " pairs of triangles, and " +
+                             peer->name() + " finds " + std::to_string(theirs));
+        }
         if (name != "candidates" || !options.peers) continue;
         for (const auto& peer : peers_named<3>("embree,cgal")) {
             peer->start(boxes, 1);
@@ -218,7 +256,8 @@ constexpr const char* help =
 pairs of edges whose boxes touch during the step, neighbours included; near, all pairs within 2 mm, with distances
 and features; moving, all impacts of the step; crossings, edges that pass through triangles at its end;
 impacts, those of all candidates that share no vertex, by edge_edge_impacts and one by one, on one thread.
---peers: Embree and CGAL find the same candidates, on one thread, and must find the same number.
+--peers: Embree and CGAL find the same candidates, on one thread, and must find the same number. CGAL also
+finds which triangles cross: as many as have the edges and triangles that cross.
 
 Examples:
   jostle bench surfaces --threads 1

@@ -137,8 +137,9 @@ TEST_F(ToolTest, BenchSurfacesFindsTheSameOnAnyThreads)
     EXPECT_LT(*found["impacts"].begin(), queries);
     EXPECT_LT(queries, *found["candidates"].begin());
 #ifdef JOSTLE_TOOL_WITH_PEERS
-    EXPECT_EQ(
-        run({"bench", "surfaces", "candidates", "-n", "2048", "--repetitions", "1", "--peers"}).exit_code, 0);
+    for (const char* compared : {"candidates", "crossings"})
+        EXPECT_EQ(
+            run({"bench", "surfaces", compared, "-n", "2048", "--repetitions", "1", "--peers"}).exit_code, 0);
 #endif
 }
 
