@@ -20,6 +20,9 @@ namespace {
 // that a group's pairs fit the L1 cache.
 constexpr std::size_t most_groups = 1024;
 constexpr std::size_t least_objects_per_group = 256;
+// A single task sorts up to this many objects as one group: missing the L1 cache costs less than the pass
+// that divides pairs among groups.
+constexpr std::size_t most_objects_alone = std::size_t{1} << 18;
 // For fewer pairs than this per thread, waking a thread doesn't pay.
 constexpr std::uint64_t pairs_per_task = 8192;
 
@@ -54,41 +57,43 @@ void sort_few(const std::uint32_t* from, std::uint32_t count, std::uint32_t a, P
         to[k] = {a, b[k]};
 }
 
-/// Sorts by a with a counting sort, then each object's partners, mostly a handful, by b. `partners` and
-/// `spare` have room for eight more than the group.
-void sort_group(std::span<Pair> group, std::uint32_t first, std::uint32_t objects,
-                const engine::Kernels& kernels, std::uint32_t* place, std::uint32_t* partners,
-                std::uint32_t* spare)
+/// Sorts pairs by a with a counting sort, then each object's partners, mostly a handful, by b. `from` may be
+/// `sorted` itself. `partners` and `spare` have room for eight more than the pairs.
+void sort_group(std::span<const std::span<const Pair>> from, std::span<Pair> sorted, std::uint32_t first,
+                std::uint32_t objects, const engine::Kernels& kernels, std::uint32_t* place,
+                std::uint32_t* partners, std::uint32_t* spare)
 {
     std::fill_n(place, objects, 0u);
-    for (const Pair& pair : group)
-        ++place[pair.a - first];
+    for (const std::span<const Pair> block : from)
+        for (const Pair& pair : block)
+            ++place[pair.a - first];
     exclusive_sum(place, objects);
-    for (const Pair& pair : group)
-        partners[place[pair.a - first]++] = pair.b;
-    std::fill_n(partners + group.size(), 8, 0u);
-    Pair* const to = group.data(); // whose pairs have all been read
+    for (const std::span<const Pair> block : from)
+        for (const Pair& pair : block)
+            partners[place[pair.a - first]++] = pair.b;
+    std::fill_n(partners + sorted.size(), 8, 0u);
+    Pair* const to = sorted.data(); // all pairs have been read
     std::uint32_t begin = 0;
     for (std::uint32_t a = 0; a < objects; ++a) { // now place[a] is where the partners of a end
         const std::uint32_t end = place[a], count = end - begin;
         if (count == 0) continue;
-        if (count <= 8 && begin + 8 <= group.size()) { // excess writes are overwritten
+        if (count <= 8 && begin + 8 <= sorted.size()) { // excess writes are overwritten
             if (count <= 4)
                 sort_few<4>(partners + begin, count, first + a, to + begin);
             else
                 sort_few<8>(partners + begin, count, first + a, to + begin);
         } else {
-            std::uint32_t* sorted = partners + begin;
+            std::uint32_t* in_order = partners + begin;
             if (count <= engine::most_sorted) {
-                kernels.sort_few(sorted, count);
+                kernels.sort_few(in_order, count);
             } else {
                 std::uint32_t differing = 0;
                 for (std::uint32_t i = 1; i < count; ++i)
-                    differing |= sorted[i] ^ sorted[0];
-                sorted = radix_sort<8>(sorted, spare, count, std::identity(), differing);
+                    differing |= in_order[i] ^ in_order[0];
+                in_order = radix_sort<8>(in_order, spare, count, std::identity(), differing);
             }
             for (std::uint32_t i = 0; i < count; ++i)
-                to[begin + i] = {first + a, sorted[i]};
+                to[begin + i] = {first + a, in_order[i]};
         }
         begin = end;
     }
@@ -102,6 +107,23 @@ void PairSorter::sort(const PairBuffer& from, std::size_t objects, Executor& exe
     to.clear();
     const std::uint64_t pairs = from.size();
     if (pairs == 0) return;
+    const std::span<const std::span<const Pair>> blocks = from.blocks();
+    const auto tasks = static_cast<std::uint32_t>(std::clamp<std::uint64_t>(
+        pairs / pairs_per_task, 1, std::min<std::uint64_t>(executor.concurrency(), blocks.size())));
+    PairBufferAccess access(to);
+    // In steps, so that a scene whose size fluctuates doesn't allocate at every new pair.
+    const std::uint64_t step = std::max<std::uint64_t>(1024, std::bit_floor(pairs) / 8);
+    const std::span<Pair> sorted = access.chunk(0, (pairs + step - 1) / step * step).first(pairs);
+    access.reserve_blocks(1);
+    const engine::Kernels& kernels = engine::kernels_for(set);
+    if (tasks == 1 && objects <= most_objects_alone && pairs <= std::numeric_limits<std::uint32_t>::max()) {
+        const auto room = static_cast<std::size_t>(pairs) + 8;
+        std::uint32_t* const partners = partners_.reserve(2 * room);
+        sort_group(blocks, sorted, 0, static_cast<std::uint32_t>(objects), kernels, places_.reserve(objects),
+                   partners, partners + room);
+        access.append(sorted);
+        return;
+    }
     std::size_t bits = 0;
     while ((least_objects_per_group << bits) * most_groups < objects)
         ++bits;
@@ -111,18 +133,8 @@ void PairSorter::sort(const PairBuffer& from, std::size_t objects, Executor& exe
     };
     static_assert(least_objects_per_group == 1 << 8);
     const std::size_t groups = (objects + group_objects - 1) / group_objects;
-
-    const std::span<const std::span<const Pair>> blocks = from.blocks();
-    const auto tasks = static_cast<std::uint32_t>(std::clamp<std::uint64_t>(
-        pairs / pairs_per_task, 1, std::min<std::uint64_t>(executor.concurrency(), blocks.size())));
     std::uint64_t* counts = counts_.reserve(tasks * groups);
     std::uint32_t* places = places_.reserve(tasks * group_objects);
-    PairBufferAccess access(to);
-    // In steps, so that a scene whose size fluctuates doesn't allocate at every new pair.
-    const std::uint64_t step = std::max<std::uint64_t>(1024, std::bit_floor(pairs) / 8);
-    const std::span<Pair> sorted = access.chunk(0, (pairs + step - 1) / step * step).first(pairs);
-    access.reserve_blocks(1);
-
     const auto run = [&](const auto& task) {
         if (tasks == 1)
             task(std::uint32_t{0});
@@ -151,7 +163,6 @@ void PairSorter::sort(const PairBuffer& from, std::size_t objects, Executor& exe
         largest = std::max(largest, end[g] - end[g - 1]);
     const std::size_t room = static_cast<std::size_t>(largest) + 8;
     std::uint32_t* partners = partners_.reserve(2 * tasks * room);
-    const engine::Kernels& kernels = engine::kernels_for(set);
     std::atomic<std::size_t> cursor{0};
     run([&](std::uint32_t task) {
         for (std::size_t g; (g = cursor.fetch_add(1, std::memory_order_relaxed)) < groups;) {
@@ -163,7 +174,8 @@ void PairSorter::sort(const PairBuffer& from, std::size_t objects, Executor& exe
             }
             const std::size_t first = g * group_objects;
             std::uint32_t* const mine = partners + 2 * task * room;
-            sort_group(group, static_cast<std::uint32_t>(first),
+            const std::span<const Pair> unsorted = group;
+            sort_group(std::span(&unsorted, 1), group, static_cast<std::uint32_t>(first),
                        static_cast<std::uint32_t>(std::min(group_objects, objects - first)), kernels,
                        places + task * group_objects, mine, mine + room);
         }
