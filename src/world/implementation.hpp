@@ -46,10 +46,6 @@ class ListedPairs
 template <int Dim, class T>
 [[nodiscard]] WorldStats describe(const State<Dim, T>& state, const Lists& lists);
 
-/// Searches for all pairs that touch and whose filters agree.
-template <int Dim, class T>
-[[nodiscard]] PairBuffer all_pairs(const State<Dim, T>& state);
-
 /// How far a view has followed, and its working memory.
 template <int Dim, class T>
 struct Following

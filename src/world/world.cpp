@@ -386,12 +386,6 @@ const PairBuffer& World<Dim, T>::changed_pairs() const
 }
 
 template <int Dim, Coordinate T>
-PairBuffer World<Dim, T>::pairs() const
-{
-    return world::all_pairs(implementation_->state);
-}
-
-template <int Dim, Coordinate T>
 void World<Dim, T>::clear()
 {
     std::unique_ptr<Implementation> fresh; // in the end the old one, which must outlive its `call`
