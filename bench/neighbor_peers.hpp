@@ -10,17 +10,23 @@
 /// Other systems' searches for neighbours, so that they can be timed beside Jostle's on the same points.
 namespace jostle_bench {
 
-/// In open space, on one thread. Rows come in any order, and are kept as its users would.
+/// On one thread. Rows come in any order, and are kept as its users would.
 class NeighborPeer
 {
   public:
     virtual ~NeighborPeer() = default;
     [[nodiscard]] virtual const char* name() const noexcept = 0;
-    /// Lists, for each point, all others within the cutoff, as Jostle defines it. Returns how many there are
-    /// in all rows.
-    virtual std::uint64_t find(std::span<const jostle::Vec3f> points, float cutoff) = 0;
+    /// Whether it lists each pair once, in a cube that repeats, or else twice, in open space.
+    [[nodiscard]] virtual bool is_periodic() const noexcept = 0;
+    /// Takes points, which stay where they are, before the time is measured. `edge` is the cube's.
+    virtual void take(std::span<const jostle::Vec3f> points, float cutoff, double edge) = 0;
+    /// Lists, for each point, the others within the cutoff, as Jostle defines it.
+    virtual void find() = 0;
+    /// How many the last search listed.
+    [[nodiscard]] virtual std::uint64_t found() const = 0;
 };
 
 [[nodiscard]] std::unique_ptr<NeighborPeer> make_nanoflann();
+[[nodiscard]] std::unique_ptr<NeighborPeer> make_lammps();
 
 } // namespace jostle_bench

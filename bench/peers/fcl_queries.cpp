@@ -46,8 +46,8 @@ class Fcl final : public QueryPeer
         if (kind == QueryKind::nearest) {
             const jostle::Nearest<3, float>& query = queries.nearest[i];
             NearestSoFar nearest(query);
-            Query query{this, &queries, kind, i, &found, &nearest};
-            manager_.distance(object(query.point, query.point).get(), &query, distance);
+            Call call{this, &queries, kind, i, &found, &nearest};
+            manager_.distance(object(query.point, query.point).get(), &call, distance);
             nearest.give(found);
             return;
         }
@@ -60,12 +60,12 @@ class Fcl final : public QueryPeer
             hi[d] =
                 sphere != nullptr ? sphere->center[d] + sphere->radius * 1.000001f : queries.boxes[i].hi[d];
         }
-        Query query{this, &queries, kind, i, &found, nullptr};
-        manager_.collide(object(lo, hi).get(), &query, touch);
+        Call call{this, &queries, kind, i, &found, nullptr};
+        manager_.collide(object(lo, hi).get(), &call, touch);
     }
 
   private:
-    struct Query
+    struct Call
     {
         const Fcl* self;
         const Queries* queries;
@@ -89,21 +89,21 @@ class Fcl final : public QueryPeer
     }
     static bool touch(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* data)
     {
-        Query& query = *static_cast<Query*>(data);
+        const Call& call = *static_cast<const Call*>(data);
         const std::uint32_t id = number(a, b);
-        const jostle::Aabb3f& box = query.self->boxes_[id];
-        const bool touches = query.kind == QueryKind::sphere
-                                 ? jostle::overlaps(query.queries->spheres[query.i], box)
-                                 : jostle::overlaps(query.queries->boxes[query.i], box);
-        if (touches) query.found->add(id);
+        const jostle::Aabb3f& box = call.self->boxes_[id];
+        const bool touches = call.kind == QueryKind::sphere
+                                 ? jostle::overlaps(call.queries->spheres[call.i], box)
+                                 : jostle::overlaps(call.queries->boxes[call.i], box);
+        if (touches) call.found->add(id);
         return false;
     }
     static bool distance(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* data, double& limit)
     {
-        Query& query = *static_cast<Query*>(data);
-        query.nearest->offer(jostle::squared_distance(query.queries->nearest[query.i].point,
-                                                      query.self->boxes_[number(a, b)]));
-        limit = std::sqrt(static_cast<double>(query.nearest->limit())) * 1.000001;
+        const Call& call = *static_cast<const Call*>(data);
+        call.nearest->offer(
+            jostle::squared_distance(call.queries->nearest[call.i].point, call.self->boxes_[number(a, b)]));
+        limit = std::sqrt(static_cast<double>(call.nearest->limit())) * 1.000001;
         return false;
     }
 

@@ -54,25 +54,32 @@ class Nanoflann : public NeighborPeer
 {
   public:
     [[nodiscard]] const char* name() const noexcept override { return "nanoflann"; }
-    std::uint64_t find(std::span<const jostle::Vec3f> points, float cutoff) override
+    [[nodiscard]] bool is_periodic() const noexcept override { return false; }
+    void take(std::span<const jostle::Vec3f> points, float cutoff, double) override
+    {
+        points_ = points;
+        // It takes who is nearer than its radius, which is a square.
+        square_ = std::nextafter(cutoff * cutoff, std::numeric_limits<float>::infinity());
+    }
+    void find() override
     {
         using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, Cloud>, Cloud, 3,
                                                          std::uint32_t>;
-        const Cloud cloud{points};
+        const Cloud cloud{points_};
         const Tree tree(3, cloud); // builds it
-        // It takes who is nearer than its radius, which is a square.
-        const float square = std::nextafter(cutoff * cutoff, std::numeric_limits<float>::infinity());
         offsets_.assign(1, 0);
         found_.clear();
-        for (std::size_t i = 0; i < points.size(); ++i) {
-            Row row{found_, static_cast<std::uint32_t>(i), square};
-            tree.findNeighbors(row, &points[i][0], nanoflann::SearchParams());
+        for (std::size_t i = 0; i < points_.size(); ++i) {
+            Row row{found_, static_cast<std::uint32_t>(i), square_};
+            tree.findNeighbors(row, &points_[i][0], nanoflann::SearchParams());
             offsets_.push_back(found_.size());
         }
-        return found_.size();
     }
+    [[nodiscard]] std::uint64_t found() const override { return found_.size(); }
 
   private:
+    std::span<const jostle::Vec3f> points_;
+    float square_ = 0;
     std::vector<std::uint64_t> offsets_;
     std::vector<std::uint32_t> found_;
 };

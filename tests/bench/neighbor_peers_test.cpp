@@ -12,7 +12,7 @@
 namespace {
 
 /// On a lattice many lie exactly at the cutoff.
-TEST(NeighborPeers, FindAsManyAsJostle)
+TEST(NeighborPeers, FindAsManyAsJostleInOpenSpace)
 {
     const auto peer = jostle_bench::make_nanoflann();
     jostle::NeighborFinder<3, float> finder;
@@ -28,9 +28,31 @@ TEST(NeighborPeers, FindAsManyAsJostle)
                 points.push_back(point);
             }
             const std::size_t ours = finder.find(points, cutoff).neighbors.size();
-            EXPECT_EQ(peer->find(points, cutoff), ours) << cutoff;
+            peer->take(points, cutoff, 0);
+            peer->find();
+            EXPECT_EQ(peer->found(), ours) << cutoff;
             EXPECT_EQ(ours == 0, lattice && cutoff < 1);
         }
+}
+
+/// Twice, since LAMMPS keeps what it had. In double precision no distance is nearly the cutoff here.
+TEST(NeighborPeers, FindAsManyAsJostleInPeriodicSpace)
+{
+    const auto peer = jostle_bench::make_lammps();
+    jostle::NeighborFinder<3, float> finder;
+    jostle_scenes::Random random(2);
+    const jostle::PeriodicCell<3, float> cell{{{10, 0, 0}, {0, 10, 0}, {0, 0, 10}}, {true, true, true}};
+    for (const float cutoff : {1.0f, 3.0f}) {
+        std::vector<jostle::Vec3f> points(1000);
+        for (jostle::Vec3f& point : points)
+            for (float& x : point)
+                x = static_cast<float>(random.uniform() * 12 - 1);
+        const std::size_t ours = finder.find(points, cutoff, cell, {.half = true}).neighbors.size();
+        peer->take(points, cutoff, 10);
+        peer->find();
+        EXPECT_EQ(peer->found(), ours) << cutoff;
+        EXPECT_GT(ours, 1000u);
+    }
 }
 
 } // namespace
