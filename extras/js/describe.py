@@ -5,7 +5,7 @@
     extras/js/describe.py --write   writes extras/js/src/structs.js from extras/jostle.json
     extras/js/describe.py --check   fails if that is out of date
     extras/js/describe.py --exports FILE   writes what the modules export, as emscripten's linker wants it: what the sources call;
-                                             FILE-pairs and FILE-bush have what those modules need
+                                             FILE-pairs, -surfaces and -bush have what those modules need
 """
 
 import argparse
@@ -18,7 +18,8 @@ import textwrap
 HERE = pathlib.Path(__file__).resolve().parent
 STRUCTS = HERE / "src" / "structs.js"
 SOURCES = sorted((HERE / "src").glob("*.js"))
-OF_MODULES = {"pairs": ("core.js", "module.js", "pairs.js"), "bush": ("core.js", "bush.js")}
+OF_MODULES = {"pairs": ("core.js", "module.js", "pairs.js"), "surfaces": ("core.js", "module.js", "pairs.js", "surfaces.js"),
+              "bush": ("core.js", "bush.js")}
 SIZES = {"char": 1, "uint8_t": 1, "int32_t": 4, "uint32_t": 4, "float": 4, "int64_t": 8, "uint64_t": 8, "double": 8}
 
 
@@ -83,7 +84,8 @@ def main():
     given = parser.parse_args()
     described = json.loads((HERE.parent / "jostle.json").read_text())
     if given.exports:
-        write_exports(described, SOURCES, given.exports)
+        # What few want would make all modules larger.
+        write_exports(described, [file for file in SOURCES if file.name != "surfaces.js"], given.exports)
         for module, names in OF_MODULES.items():
             write_exports(described, [file for file in SOURCES if file.name in names], f"{given.exports}-{module}")
     text = structs(described)

@@ -35,9 +35,10 @@ export interface LoadOptions {
   /**
    * A smaller module: "2d" or "3d" has everything in float32 and that many dimensions, without the
    * simulations, which are of 3D; "pairs" has what JostlePairs has. Where there are to be threads, and where
-   * there is no SIMD, it is the whole one.
+   * there is no SIMD, it is the whole one. "surfaces" has what JostleSurfaces has, and the whole one has not:
+   * on one thread, with SIMD or an error.
    */
-  only?: "pairs" | "2d" | "3d";
+  only?: "pairs" | "surfaces" | "2d" | "3d";
   /**
    * The module, where it doesn't lie beside the package's own files: its bytes, its address, a response, or a
    * compiled module. It must be the one that the other options ask for: jostle.wasm, jostle-threads.wasm,
@@ -100,6 +101,7 @@ export function readBoxes(content: ArrayBuffer | ArrayBufferView | string, name:
 
 /** Loads the module. Modules are independent: each has memory and threads of its own. */
 export function load(options: LoadOptions & { only: "pairs" }): Promise<JostlePairs>;
+export function load(options: LoadOptions & { only: "surfaces" }): Promise<JostleSurfaces>;
 export function load(options?: LoadOptions & { only?: "2d" | "3d" }): Promise<Jostle>;
 
 /**
@@ -456,6 +458,98 @@ export interface NeighborFinder extends Disposable {
    * that much further, and later calls choose from what it found while no point has moved half as far.
    */
   readonly searched: boolean;
+  releaseMemory(): void;
+}
+
+// --- Surfaces that bend ----------------------------------------------------------------------------------
+
+/**
+ * What a surface is made of. Triangles may be given in any orientation, share edges in any number and need
+ * not be connected; `edges` and `points` are for what belongs to no triangle, such as hair and grains.
+ */
+export interface SurfaceParts {
+  /** Three vertices each. */
+  triangles?: Integers;
+  /** Two vertices each. */
+  edges?: Integers;
+  points?: Integers;
+  /** How many there are; left out, as many as are named. */
+  vertices?: number;
+}
+
+/** Which vertices make triangles and edges: what stays the same while a surface bends. */
+export interface Surface extends Disposable {
+  /** How many positions a call takes. */
+  readonly vertices: number;
+  /** As given. This, `edges` and `points` are new arrays each time. */
+  readonly triangles: Uint32Array;
+  /** Each once, the triangles' sides included: two vertices, the lower one first, ascending. */
+  readonly edges: Uint32Array;
+  /** The vertices that some triangle, edge or point names, ascending. */
+  readonly points: Uint32Array;
+}
+
+export interface SurfaceOptions {
+  /** One for each vertex. A pair is near within the distance and the sum of its parts' thicknesses. */
+  thickness?: Floats;
+  /** Three numbers for each vertex, the surface at rest: pairs that are near there are left out. */
+  rest?: Floats;
+  /** One for each vertex: parts of one body make no pair. */
+  bodies?: Integers;
+}
+
+/** Pairs of a vertex and a triangle, or of two edges, that have no vertex in common. */
+export interface SurfacePairs {
+  readonly length: number;
+  /** Two for each pair: the vertex and the number of the triangle, or the numbers of two edges. */
+  readonly parts: Uint32Array;
+  /** The four vertices of each pair: of both parts, in their order. */
+  readonly vertices: Uint32Array;
+}
+/** Pairs that are near, in numbers of the finder's type. */
+export interface NearParts extends SurfacePairs {
+  /**
+   * Four for each pair. The nearest points are the sums of these times the vertices: of a vertex and a
+   * triangle the first is 1 and the others add up to 1; of two edges the first two add up to 1, and the
+   * others.
+   */
+  readonly weights: FloatArray;
+  /** Three for each pair: unit, from the vertex or first edge to the other part. */
+  readonly normals: FloatArray;
+  readonly distances: FloatArray;
+}
+/** Pairs that meet, and when: in [0, 1], never late. */
+export interface PartImpacts extends SurfacePairs {
+  readonly times: FloatArray;
+}
+
+/** Finds what of a surface is near itself. Keep it: it keeps its memory. What it returns is the caller's. */
+export interface SurfaceFinder extends Disposable {
+  /** That of the positions, three for each vertex. Everything is decided in double precision. */
+  readonly type: NumberType;
+  /** All pairs within `distance` of each other. */
+  near(
+    surface: Surface,
+    positions: Floats,
+    distance: number,
+    options?: SurfaceOptions,
+  ): { vertexTriangle: NearParts; edgeEdge: NearParts };
+  /**
+   * All pairs that come within `distance`, by default 0, while vertices move straight from `from` to `to`.
+   * Until `safeStep`, the least of the times or 1, nothing does. `tolerance` is by default 1e-6.
+   */
+  moving(
+    surface: Surface,
+    from: Floats,
+    to: Floats,
+    distance?: number,
+    options?: SurfaceOptions & { tolerance?: number },
+  ): { vertexTriangle: PartImpacts; edgeEdge: PartImpacts; safeStep: number };
+  /**
+   * The edges that pass through triangles or touch them, decided exactly: numbers of an edge and a triangle,
+   * two each. None: the surface doesn't cross itself.
+   */
+  crossings(surface: Surface, positions: Floats, options?: { bodies?: Integers }): Uint32Array;
   releaseMemory(): void;
 }
 
@@ -897,6 +991,11 @@ export interface JostlePairs extends Disposable {
   /** The order-independent fingerprint of pairs, as `jostle bench` prints it: 16 hexadecimal digits. */
   checksum(pairs: Integers): string;
   readonly PairFinder: new () => PairFinder;
+}
+
+export interface JostleSurfaces extends JostlePairs {
+  readonly Surface: new (parts: SurfaceParts) => Surface;
+  readonly SurfaceFinder: new (options?: { type?: NumberType }) => SurfaceFinder;
 }
 
 export interface Jostle extends JostlePairs {

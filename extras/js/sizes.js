@@ -9,6 +9,7 @@ import { brotliCompressSync, constants, gzipSync } from "node:zlib";
 const folder = process.argv[2];
 const uses = [
   ['`findPairs`, `load({ only: "pairs" })`', "index", "jostle-pairs"],
+  ['`load({ only: "surfaces" })`', "index", "jostle-surfaces"],
   ["`jostle/rbush`", "rbush", "jostle-bush"],
   ["`jostle/flatbush`", "flatbush", "jostle-bush"],
   ['`load({ only: "2d" })`', "index", "jostle-2d"],

@@ -9,12 +9,12 @@ cd "$scratch"
 npm pack --silent ./jostle
 tarball=$(ls jostle-*.tgz)
 for file in {jostle,rbush,flatbush}.d.ts LICENSE README.md package.json src/{index,rbush,flatbush}.js \
-    dist/jostle{,-bush,-2d,-3d,-pairs,-plain,-threads}.{js,wasm} dist/jostle-threads.worker.js; do
+    dist/jostle{,-bush,-2d,-3d,-pairs,-plain,-surfaces,-threads}.{js,wasm} dist/jostle-threads.worker.js; do
     tar -tzf "$tarball" "package/$file" >/dev/null # is in it
 done
 # The sizes that the package's own page tells, and those that the guide does, in kB.
 grep -q '^| `load()` | [0-9]* kB | [0-9]* kB | [0-9]* kB |$' jostle/README.md
-for module in dist/jostle{,-bush,-2d,-3d,-pairs,-plain,-threads}.wasm; do
+for module in dist/jostle{,-bush,-2d,-3d,-pairs,-plain,-surfaces,-threads}.wasm; do
     kilobytes=$(($(gzip -9c "jostle/$module" | wc -c) / 1000))
     told=$(sed -n "s/^| .$(basename $module). .* | \([0-9]*\) kB |$/\1/p" "$bindings/../../docs/guide/javascript.md")
     ((told > 0 && kilobytes <= told + told / 20 && kilobytes >= told - told / 20)) ||

@@ -268,7 +268,10 @@ export class Core {
   /** Calls a function that returns a status; its last parameter is the error. Throws what went wrong. */
   call(name, ...parameters) {
     const called = this.module["_" + name];
-    if (called === undefined) refuse("this module has pairs alone: load it without `only`");
+    if (called === undefined) {
+      const more = this.module._jostle_surface_new === undefined ? "alone" : "and surfaces alone";
+      refuse(`this module has pairs ${more}: load it without \`only\``);
+    }
     if (this.#running.length === MOST_CALLS)
       refuse(`calls in callbacks of calls are ${MOST_CALLS} deep: more don't fit on the module's stack`);
     let status;
@@ -513,17 +516,24 @@ export class Core {
       }
     });
   }
-  /** All pairs of blocks as one new array. */
-  copy_pairs(blocks) {
-    const count = this.u64(blocks + C.jostle_blocks.count);
-    const all = new Uint32Array(2 * count);
+  /** Where the items of each block lie, and how many they are. */
+  *blocks_at(blocks) {
     const table = this.u32(blocks + C.jostle_blocks.blocks);
-    let at = 0;
     for (let b = 0; b < this.u64(blocks + C.jostle_blocks.block_count); ++b) {
       const block = table + b * C.jostle_block.sizeof;
-      const numbers = 2 * this.u64(block + C.jostle_block.count);
-      all.set(this.view("uint32", this.u32(block + C.jostle_block.items), numbers), at);
-      at += numbers;
+      yield {
+        pointer: this.u32(block + C.jostle_block.items),
+        count: this.u64(block + C.jostle_block.count),
+      };
+    }
+  }
+  /** All pairs of blocks as one new array. */
+  copy_pairs(blocks) {
+    const all = new Uint32Array(2 * this.u64(blocks + C.jostle_blocks.count));
+    let at = 0;
+    for (const { pointer, count } of this.blocks_at(blocks)) {
+      all.set(this.view("uint32", pointer, 2 * count), at);
+      at += 2 * count;
     }
     return all;
   }

@@ -15,8 +15,11 @@ export async function findPairs(...given) {
 /** Loads the module: see jostle.d.ts. */
 export async function load(options) {
   const { only, wasm, simd, threads = 1, maxMemory = MOST_MEMORY } = options_of(options);
-  if (only !== undefined && !["pairs", "2d", "3d"].includes(only))
-    refuse(`only is ${describe(only)}: it must be "pairs", "2d" or "3d", or left out for everything`);
+  if (only !== undefined && !["pairs", "surfaces", "2d", "3d"].includes(only))
+    refuse(
+      `only is ${describe(only)}: it must be "pairs", "surfaces", "2d" or "3d", ` +
+        "or left out for everything but surfaces",
+    );
   if (simd !== undefined && typeof simd !== "boolean")
     refuse(`simd is ${describe(simd)}: it must be true or false, or left out for what there is`);
   whole(threads, "threads", 0, 1024);
@@ -35,6 +38,11 @@ export async function load(options) {
   const cores =
     globalThis.navigator?.hardwareConcurrency ?? (in_node ? (await of_node("os")).availableParallelism() : 1);
   const wanted = threads !== 0 ? threads : !plain && support.threads ? cores : 1;
-  const name = wanted > 1 ? "jostle-threads" : only === undefined ? "jostle" : `jostle-${only}`;
-  return new Module(await start(name, { simd, wasm, threads: wanted, maxMemory }));
+  // No other module has surfaces, and this one has one thread.
+  const threaded = wanted > 1 && only !== "surfaces";
+  const name = threaded ? "jostle-threads" : only === undefined ? "jostle" : `jostle-${only}`;
+  const module = new Module(await start(name, { simd, wasm, threads: threaded ? wanted : 1, maxMemory }));
+  if (only === "surfaces" && module.Surface === undefined)
+    refuse("surfaces need SIMD and exceptions in WebAssembly, and these aren't here, or unwanted");
+  return module;
 }

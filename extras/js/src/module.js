@@ -7,6 +7,7 @@ import { NeighborFinder, neighbors } from "./neighbors.js";
 import { PairFinder, bricks, check_boxes, checksum, find_periodic_pairs } from "./pairs.js";
 import { Scene, Simulation, scene_list, simulation_list } from "./scenes.js";
 import { Shapes, bounds, shape_makers } from "./shapes.js";
+import { Surface, SurfaceFinder } from "./surfaces.js";
 import { PairSlots, World } from "./world.js";
 
 /** A loaded module: everything of Jostle's that needs its memory. See jostle.d.ts. */
@@ -27,7 +28,11 @@ export class Module {
     });
     this.scenes = scene_list(core);
     this.PairFinder = bound(core, PairFinder);
-    if (core.module._jostle_world_new === undefined) return; // it has pairs alone
+    if (core.module._jostle_surface_new !== undefined) {
+      this.Surface = bound(core, Surface);
+      this.SurfaceFinder = bound(core, SurfaceFinder);
+    }
+    if (core.module._jostle_world_new === undefined) return; // it has pairs alone, or surfaces as well
     this.simulations = simulation_list(core);
     this.NeighborFinder = bound(core, NeighborFinder);
     this.BoxIndex = bound(core, BoxIndex);

@@ -24,6 +24,10 @@ const MODULES = {
     glue: () => import("../dist/jostle-pairs.js"),
     wasm: () => new URL("../dist/jostle-pairs.wasm", import.meta.url),
   },
+  "jostle-surfaces": {
+    glue: () => import("../dist/jostle-surfaces.js"),
+    wasm: () => new URL("../dist/jostle-surfaces.wasm", import.meta.url),
+  },
   "jostle-bush": {
     glue: () => import("../dist/jostle-bush.js"),
     wasm: () => new URL("../dist/jostle-bush.wasm", import.meta.url),

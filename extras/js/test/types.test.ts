@@ -9,6 +9,7 @@ import type {
   FindOptions,
   Jostle,
   MemoryArray,
+  NearParts,
   PairFinder,
   World,
 } from "jostle";
@@ -70,6 +71,15 @@ async function game(): Promise<void> {
   flat.finish();
   const found: number[] = Flatbush.from(flat.data).search(0, 0, 1, 1, (index, x0) => index > x0);
   console.log(o, edges, starts, names, found, flat.neighbors(0, 0, 1));
+
+  const surfaces = await load({ only: "surfaces" });
+  const cloth = new surfaces.Surface({ triangles: Uint32Array.of(0, 1, 2), points: Uint32Array.of(3) });
+  const bending = new surfaces.SurfaceFinder({ type: "float64" });
+  const parts: NearParts = bending.near(cloth, new Float64Array(12), 1, { bodies: cloth.points }).edgeEdge;
+  const { safeStep, vertexTriangle } = bending.moving(cloth, boxes, boxes, 0, { tolerance: 1e-3 });
+  // @ts-expect-error: it has no worlds
+  new surfaces.World({ dim: 3 });
+  console.log(parts.normals, safeStep * vertexTriangle.times[0], bending.crossings(cloth, boxes)[0]);
 
   const shapes = new jostle.Shapes({ shapes: [jostle.sphere(1), jostle.box([1, 2, 3])] });
   const contacts: Contacts = new jostle.ContactFinder({ dim: 3 }).find(
