@@ -1,8 +1,8 @@
 // The engine's side of the page: it runs beside the page, so that the page never waits for it.
 import * as Comlink from "comlink";
-import { load, support, type BoxIndex, type Jostle, type PairFinder } from "jostle";
+import { load, support, type BoxIndex, type Jostle, type JostleSurfaces, type PairFinder } from "jostle";
 
-import { boxesPerRow, mostPairsDrawn, pairsPerRow } from "./messages";
+import { boxesPerRow, clothScene, mostPairsDrawn, pairsPerRow } from "./messages";
 import type {
   BrickList,
   BruteForce,
@@ -18,7 +18,7 @@ import type {
 import { openBoxes } from "./files/boxes";
 import { arrayOf, tableOf } from "./files/save";
 import { pathOf } from "./path";
-import { FileSource, LiveSource, openScene, type Source } from "./sources";
+import { ClothSource, FileSource, LiveSource, openScene, type Source } from "./sources";
 
 /** So often the first frame of something is searched: a first search is slow, and no number to start with. */
 const firstSearches = 9;
@@ -29,6 +29,8 @@ const noBuffers: Buffers = { boxes: new Float32Array(0), pairs: new Uint32Array(
 
 export class Engine {
   private jostle: Jostle | undefined;
+  /** The module with surfaces, from when the first cloth is opened. */
+  private surfaces: Promise<JostleSurfaces> | undefined;
   private finder: PairFinder | undefined;
   private source: Source | undefined;
   private index: BoxIndex | undefined;
@@ -71,6 +73,9 @@ export class Engine {
           summary,
           simulated: true,
         })),
+        ...(support.simd
+          ? [{ name: clothScene, summary: "a cloth over a ball and itself", simulated: true }]
+          : []),
       ],
       threads: jostle.threads,
       mostThreads: jostle.instructionSet === "scalar" ? 1 : mostThreads,
@@ -91,10 +96,17 @@ export class Engine {
     this.indexed = false;
   }
 
-  open(choice: SceneChoice): Frame {
+  private loadSurfaces(): Promise<JostleSurfaces> {
+    this.surfaces ??= load({ only: "surfaces" });
+    this.surfaces.catch(() => (this.surfaces = undefined)); // the next call tries again
+    return this.surfaces;
+  }
+
+  async open(choice: SceneChoice): Promise<Frame> {
+    const surfaces = choice.scene === clothScene ? await this.loadSurfaces() : undefined;
     this.close();
     this.origin = [0, 0, 0];
-    this.source = openScene(this.loaded, choice);
+    this.source = surfaces ? new ClothSource(surfaces, choice) : openScene(this.loaded, choice);
     this.source.go(choice.frame);
     return this.find(noBuffers, firstSearches);
   }
@@ -175,8 +187,10 @@ export class Engine {
     const boxes = buffers.boxes.length === exactly ? buffers.boxes : new Float32Array(exactly);
     draw(source, this.origin, boxes);
     const bodies = this.showsBodies ? source.bodies?.() : undefined;
+    const cloth = source.cloth?.();
     const frame: Frame = {
       bodies,
+      cloth,
       boxes,
       count,
       pairs: forPairs,
@@ -186,7 +200,7 @@ export class Engine {
       frame: source.frame,
       frames: source.frames,
       ended: source.ended === true,
-      ms: stats.msTotal,
+      ms: cloth?.ms ?? stats.msTotal,
       stages: { tune: stats.msTune, scatter: stats.msScatter, sweep: stats.msSweep, finish: stats.msFinish },
       records: stats.records,
       bricks: stats.bricks,
@@ -196,7 +210,11 @@ export class Engine {
       dim: source.dim,
       double: source.numbers instanceof Float64Array,
     };
-    const own = bodies ? [bodies.poses.buffer, bodies.contacts.buffer] : [];
+    const own = bodies
+      ? [bodies.poses.buffer, bodies.contacts.buffer]
+      : cloth
+        ? [cloth.positions.buffer, cloth.triangles.buffer, cloth.nearness.buffer]
+        : [];
     return Comlink.transfer(frame, [boxes.buffer, forPairs.buffer, ...own]);
   }
 

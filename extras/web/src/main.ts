@@ -2,12 +2,12 @@
 import * as Comlink from "comlink";
 
 import type { Engine } from "./engine.worker";
-import { type Buffers, type Frame, type Loaded, type SceneName } from "./messages";
+import { clothScene, type Buffers, type Frame, type Loaded, type SceneName } from "./messages";
 import { grouped, milliseconds, partOf, roundAt } from "./numbers";
 import { element, Figures, Race, raceEngines, showPath } from "./panel";
 import { samples } from "./samples";
 import { languages, note, type Told } from "./snippets";
-import { besidePage, formatState, limits, parseState, type State } from "./state";
+import { besidePage, formatState, isSimulated, limits, most, parseState, type State } from "./state";
 import { View, type Theme } from "./view";
 
 /** Where documentation and source are, if whoever built the page has said so: see extras/web/build. */
@@ -23,6 +23,13 @@ const status = (text: string): void => void (element("status").textContent = tex
 function message(text: string): void {
   element("message").textContent = text;
   element("message").hidden = text === "";
+}
+
+/** What was found in a frame. */
+function found({ cloth, pairCount }: Frame): string {
+  return cloth
+    ? `${grouped(cloth.near)} pairs are near each other, and there are ${grouped(cloth.crossings)} crossings.`
+    : `${grouped(pairCount)} pairs touch.`;
 }
 
 function words(error: unknown): string {
@@ -189,11 +196,11 @@ class Page {
     this.show(frame);
     this.showControls();
     clearTimeout(this.racing);
-    this.racing = window.setTimeout(() => void this.tryBruteForce(), raceAfter);
+    if (!frame.cloth) this.racing = window.setTimeout(() => void this.tryBruteForce(), raceAfter);
     const timeline = (frame.frames ?? 1) > 1;
     element("timeline").hidden = !timeline;
     if (timeline) element<HTMLInputElement>("time").max = String(frame.frames! - 1);
-    status(`${grouped(frame.count)} boxes, ${grouped(frame.pairCount)} pairs touch.`);
+    status(`${grouped(frame.count)} ${frame.cloth ? "triangles" : "boxes"}, ${found(frame)}`);
   }
 
   private show(frame: Frame): void {
@@ -251,13 +258,14 @@ class Page {
   // --- What somebody asks -------------------------------------------------------------------------------
 
   private async pick(from: number[], direction: number[]): Promise<void> {
+    if (this.frame?.cloth) return;
     const box = await this.inTurn(() => this.engine.pick(from, direction));
     this.choose(box < 0 ? undefined : box);
   }
 
   /** Lights what the visitor's box touches. */
   private async touch(): Promise<void> {
-    if (this.probing || this.chosen !== undefined) return;
+    if (this.probing || this.chosen !== undefined || this.frame?.cloth) return;
     this.probing = true;
     const { probe } = this;
     try {
@@ -289,7 +297,8 @@ class Page {
     const { chosen } = this;
     if (this.frame === undefined) return;
     if (chosen === undefined) {
-      this.view?.showBricks(this.showsBricks ? await this.inTurn(() => this.engine.bricks()) : undefined);
+      const shown = this.showsBricks && this.frame.cloth === undefined;
+      this.view?.showBricks(shown ? await this.inTurn(() => this.engine.bricks()) : undefined);
       return;
     }
     const { path, list } = await this.inTurn(() => this.engine.path(chosen));
@@ -357,7 +366,7 @@ class Page {
     const { frame, file, state } = this;
     if (frame === undefined) return;
     const { scene, n, seed, ratio, size } = state;
-    const asItIs = file === undefined && ratio === 1 && size === 100 && !scene.startsWith("falling-");
+    const asItIs = file === undefined && ratio === 1 && size === 100 && !isSimulated(scene);
     const told: Told = {
       count: frame.count,
       dim: frame.dim,
@@ -385,7 +394,7 @@ class Page {
     const { scenes, threads, mostThreads, refused, instructionSet, version } = this.loaded;
     element("scene").replaceChildren(
       group("Drifting boxes", scenes.filter(({ simulated }) => !simulated)),
-      group("Falling bodies", scenes.filter(({ simulated }) => simulated)),
+      group("Simulations", scenes.filter(({ simulated }) => simulated)),
     );
     const counts = [...new Set([1, 2, 4, 8, 16, mostThreads].filter((count) => count <= mostThreads))];
     element("threads").replaceChildren(...counts.map((count) => option(String(count), String(count))));
@@ -424,8 +433,10 @@ class Page {
     } else {
       select.value = scene;
     }
-    const simulated = this.file === undefined && scene.startsWith("falling-");
-    element("bodies-row").hidden = !simulated;
+    const simulated = this.file === undefined && isSimulated(scene);
+    const cloth = simulated && scene === clothScene;
+    document.body.classList.toggle("cloth", cloth);
+    element("bodies-row").hidden = !simulated || cloth;
     // A file of one frame stands still, and no file can be shuffled.
     element("moves").hidden = this.file !== undefined && this.frame?.frames === 1;
     element("again").hidden = this.file !== undefined;
@@ -462,7 +473,7 @@ class Page {
     this.showControls();
     if (this.frame) this.figures.write(this.frame);
     if (paused && this.frame)
-      status(`Paused at frame ${grouped(this.frame.frame)}: ${grouped(this.frame.pairCount)} pairs touch.`);
+      status(`Paused at frame ${grouped(this.frame.frame)}: ${found(this.frame)}`);
     void this.explain();
   }
 
@@ -473,13 +484,14 @@ class Page {
     this.showControls();
     if (this.frame) {
       this.figures.write(this.frame);
-      status(`Frame ${grouped(this.frame.frame)}: ${grouped(this.frame.pairCount)} pairs touch.`);
+      status(`Frame ${grouped(this.frame.frame)}: ${found(this.frame)}`);
     }
     await this.explain();
   }
 
   private async change(to: Partial<State>): Promise<void> {
-    this.state = { ...this.state, file: undefined, live: undefined, frame: 0, ...to };
+    const next = { ...this.state, file: undefined, live: undefined, frame: 0, ...to };
+    this.state = { ...next, n: Math.min(next.n, most(next.scene)) };
     this.file = undefined;
     this.showControls();
     await this.open();
@@ -508,8 +520,9 @@ class Page {
     on("step", "click", () => void this.stepOnce());
     on("again", "click", () => void this.change({ seed: (this.state.seed % (2 ** 32 - 1)) + 1 }));
     on("scene", "change", ({ value }) => {
-      // Of falling bodies so many that one sees each of them.
-      const n = value.startsWith("falling-") ? Math.min(this.state.n, 1000) : this.state.n;
+      // Of falling bodies so many that one sees each of them, and a cloth of which one frame takes little.
+      const few = value === clothScene ? 4000 : isSimulated(value) ? 1000 : Infinity;
+      const n = Math.min(this.state.n, few);
       void this.change({ scene: value, n });
     });
     on(
@@ -654,6 +667,8 @@ class Page {
       ratio: state.ratio,
       frame: frame.frame,
       pairs: frame.pairCount,
+      near: frame.cloth?.near,
+      crossings: frame.cloth?.crossings,
       checksum: frame.checksum,
       ms: frame.ms,
       threads: frame.threads,

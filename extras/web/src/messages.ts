@@ -24,6 +24,11 @@ export interface SceneChoice {
   frame: number;
 }
 
+/** The scene that is no boxes, but for those around its triangles. */
+export const clothScene = "cloth";
+/** How large it is, the ball about the origin under it, and the height of the floor. */
+export const clothSize = { side: 1.6, ball: 0.3, floor: -0.4 } as const;
+
 export interface SceneName {
   name: string;
   summary: string;
@@ -74,6 +79,8 @@ export interface Frame extends Buffers {
   threads: number;
   /** Of falling bodies, if they are to be shown. */
   bodies: Bodies | undefined;
+  /** Of the cloth: then the boxes are those around its triangles, and aren't drawn. */
+  cloth: Cloth | undefined;
   /** Added to drawn coordinates it gives the user's. */
   origin: [number, number, number];
   dim: 2 | 3;
@@ -91,6 +98,20 @@ export interface Bodies {
   /** Of each point of contact its place and normal, with two numbers to spare: 8. */
   contacts: Float32Array<ArrayBuffer>;
   contactCount: number;
+}
+
+/** A cloth, and what of it is near itself. */
+export interface Cloth {
+  /** Three numbers for each vertex. */
+  positions: Float32Array<ArrayBuffer>;
+  triangles: Uint32Array<ArrayBuffer>;
+  /** For each vertex 0 to 1: where the cloth is near itself, and how much so. */
+  nearness: Float32Array<ArrayBuffer>;
+  /** How many pairs of parts are near, and what finding them took. */
+  near: number;
+  ms: number;
+  /** Edges that pass through triangles, of all steps of this frame. */
+  crossings: number;
 }
 
 /** The bricks that have records: 6 numbers each. */

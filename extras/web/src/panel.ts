@@ -99,17 +99,20 @@ export class Figures {
   }
 
   write(frame: Frame): void {
-    element("pairs").textContent = grouped(frame.pairCount);
+    const { cloth } = frame;
+    element("pairs").textContent = grouped(cloth?.near ?? frame.pairCount);
+    element("crossings").textContent = grouped(cloth?.crossings ?? 0);
     element("ms").textContent = duration(this.median(({ ms }) => ms));
     this.compare();
     element("bodies").textContent = grouped(frame.count);
     element("contacts-figure").hidden = frame.bodies === undefined;
     element("contacts").textContent = grouped(frame.bodies?.contactCount ?? 0);
-    element("legend").textContent =
-      frame.bodies === undefined
+    element("legend").textContent = cloth
+      ? "Lit: where the cloth is near itself. A crossing: an edge that passes through a triangle."
+      : frame.bodies === undefined
         ? "Blue glass: the boxes. Lit: what two of them have in common."
         : "Blue glass: a box around each body. Green needles: where two bodies touch.";
-    const threads = frame.threads === 1 ? "one thread" : `${frame.threads} threads`;
+    const threads = frame.threads === 1 || cloth ? "one thread" : `${frame.threads} threads`;
     element("ms-label").textContent = `with Jostle, on ${threads}`;
     element("frame").textContent =
       frame.frames === undefined

@@ -245,6 +245,42 @@ void main()
 }`,
 };
 
+/** The cloth, lit where it is near itself; and, never lit, the ball and the floor under it. */
+export const cloth = {
+  vertex: /* glsl */ `
+precision highp float;
+uniform mat4 modelViewMatrix, projectionMatrix;
+in vec3 position, normal;
+in float nearness;
+out vec3 place;
+out vec3 facing;
+out float lit;
+void main()
+{
+    place = position;
+    facing = normal;
+    lit = nearness;
+    gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1);
+}`,
+  fragment: /* glsl */ `
+precision highp float;
+in vec3 place;
+in vec3 facing;
+in float lit;
+uniform vec4 cut;
+uniform vec3 air, glass, solid, shallow, middle, deep;
+out vec4 colour;
+void main()
+{
+    if (dot(cut.xyz, place) > cut.w) discard;
+    vec3 up = normalize(facing) * (gl_FrontFacing ? 1.0 : -1.0);
+    float light = 0.62 + 0.38 * dot(up, normalize(vec3(0.25, 0.9, 0.5)));
+    vec3 hot = lit < 0.5 ? mix(shallow, middle, 2.0 * lit) : mix(middle, deep, 2.0 * lit - 1.0);
+    vec3 plain = lit < 0.0 ? mix(air, solid, 0.4) : gl_FrontFacing ? glass : mix(glass, solid, 0.6);
+    colour = vec4(mix(plain, hot, smoothstep(0.0, 0.5, lit)) * light, 1);
+}`,
+};
+
 /** Points of contact: each a needle that begins there and goes along the normal, drawn over what hides it. */
 export const needles = {
   vertex: /* glsl */ `

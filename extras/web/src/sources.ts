@@ -1,9 +1,19 @@
 // Where boxes come from: seeded scenes, simulations, files.
 import { readBoxes } from "jostle";
-import type { BoxFile, FloatArray, Floats, Jostle, MemoryArray, Scene, Simulation } from "jostle";
+import type {
+  BoxFile,
+  FloatArray,
+  Floats,
+  Jostle,
+  JostleSurfaces,
+  MemoryArray,
+  Scene,
+  Simulation,
+} from "jostle";
 
+import { FallingCloth } from "./cloth";
 import { sizeFactors, resize } from "./sizes";
-import { bodiesPerRow, contactsPerRow, type Bodies, type SceneChoice } from "./messages";
+import { bodiesPerRow, contactsPerRow, type Bodies, type Cloth, type SceneChoice } from "./messages";
 
 const wholeRows = (count: number, perRow: number): number => Math.max(1, Math.ceil(count / perRow)) * perRow;
 
@@ -20,6 +30,7 @@ export interface Source {
   readonly frames: number | undefined;
   /** What falls, and where it touches; undefined where there are boxes alone. */
   bodies?(): Bodies;
+  cloth?(): Cloth;
   /** Of frames from elsewhere: there will be no more. */
   readonly ended?: boolean;
   step(): void;
@@ -146,6 +157,44 @@ class SimulationSource extends Endless implements Source {
   dispose(): void {
     this.simulation.dispose();
     this.boxes.dispose();
+  }
+}
+
+/** The cloth, and a box around each of its triangles. */
+export class ClothSource extends Endless implements Source {
+  readonly numbers: Float32Array;
+  private readonly falling: FallingCloth;
+
+  constructor(jostle: JostleSurfaces, { n, seed }: SceneChoice) {
+    super();
+    this.falling = new FallingCloth(jostle, n, seed);
+    this.numbers = new Float32Array(2 * this.falling.triangles.length);
+    this.update();
+  }
+  private update(): void {
+    const { triangles, positions } = this.falling;
+    for (let k = 0; k < triangles.length; k += 3)
+      for (let axis = 0; axis < 3; ++axis) {
+        const at = (corner: number): number => positions[3 * triangles[k + corner]! + axis]!;
+        this.numbers[2 * k + axis] = Math.min(at(0), at(1), at(2));
+        this.numbers[2 * k + 3 + axis] = Math.max(at(0), at(1), at(2));
+      }
+  }
+  get boxes(): Floats {
+    return this.numbers;
+  }
+  get frame(): number {
+    return this.falling.frame;
+  }
+  step(): void {
+    this.falling.step();
+    this.update();
+  }
+  cloth(): Cloth {
+    return this.falling.drawn();
+  }
+  dispose(): void {
+    this.falling.dispose();
   }
 }
 

@@ -1,4 +1,5 @@
 // What the address remembers: #scene=uniform&n=20000&seed=1, or #file=data/mine.jrec
+import { clothScene } from "./messages";
 
 export interface State {
   /**
@@ -23,6 +24,12 @@ export interface State {
 }
 
 export const limits = { n: [1000, 1_000_000], ratio: [1, 1000], size: [10, 200], motion: [5, 60] } as const;
+
+/** Whether a scene's bodies have sizes of their own, and one wants to see each of them. */
+export const isSimulated = (scene: string): boolean =>
+  scene === clothScene || scene.startsWith("falling-");
+/** How many boxes, bodies or triangles a scene has at most. */
+export const most = (scene: string): number => (scene === clothScene ? 20_000 : limits.n[1]);
 
 /** What an address means that leaves something out. */
 export const plain: State = {
@@ -49,12 +56,13 @@ function whole(text: string | null, fallback: number, least: number, most: numbe
 /** What an address says; where it says nothing, or nonsense, the state is the plain one. */
 export function parseState(hash: string, scenes: readonly string[]): State {
   const fields = new URLSearchParams((hash || opening).replace(/^#/, ""));
-  const scene = fields.get("scene") ?? plain.scene;
+  const named = fields.get("scene") ?? plain.scene;
+  const scene = scenes.includes(named) ? named : plain.scene;
   return {
     file: fields.get("file") || undefined,
     live: fields.get("live") || undefined,
-    scene: scenes.includes(scene) ? scene : plain.scene,
-    n: whole(fields.get("n"), plain.n, 1, limits.n[1]),
+    scene,
+    n: whole(fields.get("n"), plain.n, 1, most(scene)),
     seed: whole(fields.get("seed"), plain.seed, 0, 2 ** 32 - 1),
     ratio: whole(fields.get("ratio"), plain.ratio, ...limits.ratio),
     size: whole(fields.get("size"), plain.size, ...limits.size),

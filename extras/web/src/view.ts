@@ -2,7 +2,9 @@
 import {
   Box3,
   BoxGeometry,
+  BufferAttribute,
   BufferGeometry,
+  CircleGeometry,
   Color,
   DataTexture,
   FloatType,
@@ -26,6 +28,7 @@ import {
   RGIntegerFormat,
   Scene,
   Sphere,
+  SphereGeometry,
   Vector2,
   Vector3,
   Vector4,
@@ -40,10 +43,12 @@ import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import {
   bodiesPerRow,
   boxesPerRow,
+  clothSize,
   contactsPerRow,
   pairsPerRow,
   type Bodies,
   type BrickList,
+  type Cloth,
   type Frame,
   type Inside,
 } from "./messages";
@@ -128,6 +133,19 @@ function solid(shape: BufferGeometry, kind: number): InstancedBufferGeometry {
   geometry.setIndex(shape.index);
   geometry.instanceCount = 0;
   return geometry;
+}
+
+/** The ball and the floor of the cloth. */
+function ground(): BufferGeometry[] {
+  const shapes = [
+    new SphereGeometry(clothSize.ball, 48, 32),
+    new CircleGeometry(clothSize.side, 96).rotateX(-Math.PI / 2).translate(0, clothSize.floor - 0.01, 0),
+  ];
+  for (const shape of shapes) {
+    const none = new Float32Array(shape.getAttribute("position").count).fill(-1);
+    shape.setAttribute("nearness", new Float32BufferAttribute(none, 1));
+  }
+  return shapes;
 }
 
 /** A batch of needles: where they are thickest they are four pixels wide, a quarter of the way on. */
@@ -226,6 +244,9 @@ export class View {
   private readonly probe: Mesh<InstancedBufferGeometry>;
   private readonly bricks: LineSegments<BufferGeometry>;
   private readonly solids: Mesh<InstancedBufferGeometry>[];
+  private readonly cloth: Mesh<BufferGeometry>;
+  /** What the cloth falls on. */
+  private readonly ground: Mesh<BufferGeometry>[];
   private readonly needles: Mesh<InstancedBufferGeometry, RawShaderMaterial>;
   private readonly ball = new Sphere(new Vector3(), 1);
   private isFlat = false;
@@ -255,12 +276,16 @@ export class View {
     this.solids = shapes.map(
       (shape, kind) => new Mesh(solid(shape, kind), this.material(shaders.solids, false)),
     );
+    this.cloth = new Mesh(new BufferGeometry(), this.material(shaders.cloth, false));
+    this.ground = ground().map((shape) => new Mesh(shape, this.material(shaders.cloth, false)));
     this.needles = new Mesh(needles(), this.material(shaders.needles, true));
     this.needles.material.depthTest = false;
     // What is solid comes first, so that glass before it can be drawn over it.
     for (const part of [
       this.overlaps,
       ...this.solids,
+      ...this.ground,
+      this.cloth,
       this.bodies,
       this.bricks,
       this.chosen,
@@ -444,6 +469,11 @@ export class View {
     ];
     if (outer < 3 * inner) bounds.union(all);
     if (frame.bodies) bounds.expandByPoint(new Vector3(bounds.min.x, 0, bounds.min.z)); // they fall to here
+    if (frame.cloth) {
+      const { side, floor } = clothSize;
+      const reach = 0.45 * side;
+      bounds.set(new Vector3(-reach, floor - 0.3, -reach), new Vector3(reach, 1.2 * reach, reach));
+    }
     bounds.getBoundingSphere(this.ball);
     this.uniforms.large!.value = 0.1 * this.ball.radius;
     const size = bounds.getSize(new Vector3());
@@ -457,8 +487,8 @@ export class View {
     const { radius, center } = this.ball;
     const reach = Math.min(1, this.camera.aspect); // a narrow window wants more distance
     // What is turned leaves its corners empty; into a crowd one looks from near.
-    this.within = !flat && frame.count > 5000 && !frame.bodies;
-    const room = flat ? 1.05 : this.within ? 0.62 : frame.bodies ? 0.75 : 0.92;
+    this.within = !flat && frame.count > 5000 && !frame.bodies && !frame.cloth;
+    const room = flat ? 1.05 : this.within ? 0.62 : frame.bodies || frame.cloth ? 0.75 : 0.92;
     const away = (room * radius) / Math.sin((this.camera.fov / 360) * Math.PI) / reach;
     // The scene stands above the figures, which lie over the lower part of the picture.
     this.controls.target.copy(center).setY(center.y - 0.1 * radius);
@@ -477,10 +507,12 @@ export class View {
     upload(uniforms.pairs!, frame.pairs, pairsPerRow, RGIntegerFormat, UnsignedIntType);
     uniforms.boxCount!.value = frame.count;
     uniforms.pairCount!.value = frame.drawnPairs;
-    this.bodies.geometry.instanceCount = Math.ceil(frame.count / shaders.batch);
+    this.bodies.geometry.instanceCount = frame.cloth ? 0 : Math.ceil(frame.count / shaders.batch);
     // What boxes have in common would hide where the bodies in them touch.
-    this.overlaps.geometry.instanceCount = frame.bodies ? 0 : Math.ceil(frame.drawnPairs / shaders.batch);
+    this.overlaps.geometry.instanceCount =
+      frame.bodies || frame.cloth ? 0 : Math.ceil(frame.drawnPairs / shaders.batch);
     this.showBodies(frame.bodies, frame.count);
+    this.showCloth(frame.cloth);
     this.dirty = true;
     this.isShown = false;
   }
@@ -492,6 +524,25 @@ export class View {
     if (!bodies) return;
     upload(this.uniforms.poses!, bodies.poses, 5 * bodiesPerRow, RGFormat, FloatType);
     upload(this.uniforms.contacts!, bodies.contacts, 4 * contactsPerRow, RGFormat, FloatType);
+  }
+
+  private showCloth(cloth: Cloth | undefined): void {
+    for (const part of [this.cloth, ...this.ground]) part.visible = cloth !== undefined;
+    if (!cloth) return;
+    const { geometry } = this.cloth;
+    if (geometry.getAttribute("nearness")?.count !== cloth.nearness.length) {
+      geometry.dispose();
+      geometry.setIndex(new BufferAttribute(cloth.triangles, 1));
+      geometry.setAttribute("position", new BufferAttribute(cloth.positions, 3));
+      geometry.setAttribute("nearness", new BufferAttribute(cloth.nearness, 1));
+      geometry.deleteAttribute("normal");
+    }
+    for (const [name, numbers] of [["position", cloth.positions], ["nearness", cloth.nearness]] as const) {
+      const attribute = geometry.getAttribute(name) as BufferAttribute;
+      attribute.array.set(numbers);
+      attribute.needsUpdate = true;
+    }
+    geometry.computeVertexNormals();
   }
 
   /** Shows bricks, those in `bright` brightly, and the records in one of them; none if there is no list. */
@@ -596,7 +647,16 @@ export class View {
    * What is drawn, for tests and for pictures: the numbers of boxes and pairs, and pixels for each of CSS.
    */
   get drawn(): Record<
-    "boxes" | "pairs" | "bricks" | "records" | "bodies" | "contacts" | "chosen" | "probes" | "resolution",
+    | "boxes"
+    | "pairs"
+    | "bricks"
+    | "records"
+    | "bodies"
+    | "contacts"
+    | "triangles"
+    | "chosen"
+    | "probes"
+    | "resolution",
     number
   > {
     const { instanceCount } = this.bricks.geometry as InstancedBufferGeometry;
@@ -607,6 +667,7 @@ export class View {
       records: instanceCount - this.brickCount,
       bodies: this.solids[0]!.geometry.instanceCount,
       contacts: this.uniforms.contactCount!.value as number,
+      triangles: this.cloth.visible ? (this.cloth.geometry.index?.count ?? 0) / 3 : 0,
       chosen: this.chosen.geometry.instanceCount,
       probes: this.probe.geometry.instanceCount,
       resolution: this.resolution,

@@ -662,6 +662,40 @@ test("falling bodies are drawn with their contacts, or as boxes alone", async ()
   );
 });
 
+test("a cloth falls onto a ball and itself, without a crossing, and makes way for boxes again", async () => {
+  await onPage("#scene=cloth&n=1000&seed=1&frame=150&paused=1", desktop, async (page) => {
+    const { n, near, crossings, drawn, frame, ms } = await stats(page);
+    assert.equal(n, 968); // 22 squares along each side
+    assert.ok(near > 100, `${near} pairs are near each other`);
+    assert.deepEqual([crossings, frame, drawn.triangles], [0, 150, n]);
+    assert.ok(ms > 0);
+    const text = (id) => shown(page, id).textContent();
+    assert.deepEqual(
+      [await text("pairs"), await text("crossings"), await text("bodies")],
+      [near.toLocaleString("en-US"), "0", "968"],
+    );
+    for (const id of ["brute", "race", "show-bricks", "code"])
+      assert.equal(await shown(page, id).isVisible(), false, id);
+    const picture = async () => (await page.locator("canvas").screenshot()).toString("base64");
+    const before = await picture();
+    await shown(page, "step").click();
+    await page.waitForFunction(() => window.jostle.stats().frame === 151);
+    await page.waitForTimeout(300);
+    assert.notEqual(await picture(), before);
+    await page.locator("canvas").press("Enter"); // a cloth has no boxes to be selected
+    await page.evaluate((hash) => (location.hash = hash), still("uniform", 1000, 1));
+    await page.waitForFunction(() => window.jostle.stats().n === 1000);
+    const { drawn: boxes, chosen, near: none } = await stats(page);
+    assert.deepEqual([boxes.triangles, boxes.boxes, chosen, none], [0, 1000, undefined, undefined]);
+    assert.equal(await shown(page, "race").isVisible(), true);
+    // Chosen where many boxes are, it has no more triangles than a frame has time for.
+    await page.evaluate((hash) => (location.hash = hash), still("cloth", 100_000, 1, 0));
+    await page.waitForFunction(() => window.jostle.stats().n === 20_000);
+    assert.equal((await stats(page)).scene, "cloth");
+    assert.equal(new URL(page.url()).hash, "#scene=cloth&n=20000&seed=1&paused=1");
+  });
+});
+
 test("phone: nothing is wider than the screen, controls fit fingers, a touch picks", async () => {
   await onPage(still("uniform", 2000, 1), phone, async (page) => {
     assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth));
