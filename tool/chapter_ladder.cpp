@@ -169,18 +169,13 @@ void behind_a_lock(ladder::Boxes boxes, jostle::Executor& executor, Tally& tally
 }
 void by_an_atomic(ladder::Boxes boxes, jostle::Executor& executor, Tally& tally)
 {
-    jostle::ProcessOptions options;
-    options.executor = &executor;
     std::atomic<std::uint64_t> found{0};
-    jostle::process_all_pairs(
-        static_cast<std::uint32_t>(boxes.size()),
-        [&](const jostle::PairRow& row) {
-            std::uint64_t here = 0;
-            for (std::uint32_t b = row.b_begin; b < row.b_end; ++b)
-                here += jostle::overlaps(boxes[row.a], boxes[b]) ? 1 : 0;
-            found.fetch_add(here, std::memory_order_relaxed);
-        },
-        options);
+    jostle::process_items(boxes.size(),
+                          [&](std::uint64_t a, std::uint64_t, jostle::Work) {
+                              found.fetch_add(test_row(boxes, static_cast<std::uint32_t>(a)),
+                                              std::memory_order_relaxed);
+                          },
+                          {.executor = &executor, .block_items = 1});
     tally[0] = found;
 }
 

@@ -189,32 +189,26 @@ std::vector<Row> measure_balance(const BenchOptions& options, std::uint32_t thre
                 process);
         };
     };
-    const auto on_all_pairs = [&](jostle::Schedule schedule) {
-        return [&, schedule](jostle::Executor& executor) {
-            const jostle::ProcessOptions process{.executor = &executor};
-            jostle::process_all_pairs(
-                1'000,
-                [&](const jostle::PairRow& row) {
-                    std::uint64_t sum = 0;
-                    for (std::uint32_t b = row.b_begin; b < row.b_end; ++b)
-                        sum += toil(b, 1);
-                    sink.fetch_add(sum, std::memory_order_relaxed);
-                },
-                process, schedule);
-        };
+    const auto on_all_pairs = [&](jostle::Executor& executor) {
+        constexpr std::uint32_t objects = 1'000;
+        jostle::process_items(objects,
+                              [&](std::uint64_t a, std::uint64_t, jostle::Work) {
+                                  std::uint64_t sum = 0;
+                                  for (auto b = static_cast<std::uint32_t>(a) + 1; b < objects; ++b)
+                                      sum += toil(b, 1);
+                                  sink.fetch_add(sum, std::memory_order_relaxed);
+                              },
+                              {.executor = &executor, .block_items = 1});
     };
     const auto even = [](std::uint32_t) { return 20u; };
     // One pair in 64 costs a thousand times as much as the others; by chance, and all of them at the end.
     const auto mixed = [](std::uint32_t i) { return (i * 2654435761u) >> 26 == 0 ? 1000u : 1u; };
     const auto lumped = [](std::uint32_t i) { return i >= 20'000 - 312 ? 1000u : 1u; };
-    using jostle::Schedule;
     const std::vector<std::pair<std::string, std::function<void(jostle::Executor&)>>> works = {
         {"pairs of one cost", on_pairs(even)},
         {"pairs of 1 : 1000", on_pairs(mixed)},
         {"1 : 1000, the dear ones last", on_pairs(lumped)},
-        {"all pairs, dynamic", on_all_pairs(Schedule::dynamic)},
-        {"all pairs, zig-zag", on_all_pairs(Schedule::zigzag)},
-        {"all pairs, equal blocks", on_all_pairs(Schedule::equal_blocks)}};
+        {"all pairs", on_all_pairs}};
     std::vector<Row> rows;
     for (const auto& [name, work] : works) {
         const double alone = pinned_ms(one, options.frames, work);

@@ -12,7 +12,7 @@ PeerResult summarise(std::span<const jostle::Pair> pairs)
     PeerResult result;
     for (const jostle::Pair& pair : pairs) {
         const jostle::Pair ordered{std::min(pair.a, pair.b), std::max(pair.a, pair.b)};
-        result.checksum += jostle::pair_checksum({&ordered, 1});
+        result.checksum += jostle::pair_checksum(std::span(&ordered, 1));
     }
     result.pairs = pairs.size();
     return result;

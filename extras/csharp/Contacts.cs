@@ -190,7 +190,7 @@ namespace Jostle
             edges[2] = half.Z;
             ShapeHandle handle;
             Native.jostle_error error;
-            return Made(Native.jostle_shape_box(3, edges, out handle, &error), handle, &error);
+            return Made(Native.jostle_shape_box(3, edges, 0, out handle, &error), handle, &error);
         }
         public static Shape Box(Vec2 half)
         {
@@ -199,7 +199,7 @@ namespace Jostle
             edges[1] = half.Y;
             ShapeHandle handle;
             Native.jostle_error error;
-            return Made(Native.jostle_shape_box(2, edges, out handle, &error), handle, &error);
+            return Made(Native.jostle_shape_box(2, edges, 0, out handle, &error), handle, &error);
         }
         public static Shape Cylinder(double halfLength, double radius)
         {
@@ -233,13 +233,8 @@ namespace Jostle
             fixed (byte* bytes = points.Bytes)
             {
                 Native.jostle_values given = Row(points, bytes, space);
-                Status status;
-                if (radius == 0)
-                    status = Native.jostle_shape_hull(space, given.data, given.count, out handle, &error);
-                else
-                    status = Native.jostle_shape_rounded_hull(space, given.data, given.count, radius,
-                        out handle, &error);
-                return Made(status, handle, &error);
+                return Made(Native.jostle_shape_hull(space, given.data, given.count, radius, out handle, &error),
+                    handle, &error);
             }
         }
         /// <summary>Triangles: three numbers of vertices each.</summary>
@@ -255,7 +250,7 @@ namespace Jostle
             {
                 Native.jostle_values given = Row(vertices, bytes, space);
                 return Made(Native.jostle_shape_mesh(space, given.data, given.count, elements,
-                    (ulong)(triangles.Length / dim), out handle, &error), handle, &error);
+                    (ulong)(triangles.Length / dim), 0, out handle, &error), handle, &error);
             }
         }
         /// <summary>The same with int, which Unity's meshes have.</summary>

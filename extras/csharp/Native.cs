@@ -129,13 +129,6 @@ namespace Jostle
         FirstCustom = 16,
     }
 
-    public enum Schedule
-    {
-        Dynamic = 0,
-        Zigzag = 1,
-        EqualBlocks = 2,
-    }
-
     public enum PartKind
     {
         // the vertex, then the triangle's three
@@ -149,13 +142,6 @@ namespace Jostle
         Float = 1,
         Double = 2,
         Int64 = 3,
-    }
-
-    public enum ResponseForm
-    {
-        Automatic = 0,
-        Dense = 1,
-        Sparse = 2,
     }
 
     /// <summary>What the library made. Given back when disposed, or by the garbage collector; never while a
@@ -316,16 +302,6 @@ namespace Jostle
         protected override unsafe int Free(IntPtr handle)
         {
             return (int)Native.jostle_surface_finder_free(handle, null);
-        }
-    }
-
-    public sealed class ResponsesHandle : Handle
-    {
-        /// <summary>In place of a handle that may be NULL.</summary>
-        public static readonly ResponsesHandle None = new ResponsesHandle();
-        protected override unsafe int Free(IntPtr handle)
-        {
-            return (int)Native.jostle_responses_free(handle, null);
         }
     }
 
@@ -965,29 +941,10 @@ namespace Jostle
         }
 
         [StructLayout(LayoutKind.Sequential)]
-        public struct jostle_work_plan
-        {
-            public ulong items;
-            public ulong block_items;
-            public uint blocks;
-            public uint slots;
-        }
-
-        [StructLayout(LayoutKind.Sequential)]
         public struct jostle_work
         {
             public uint slot;
             public uint block;
-        }
-
-        [StructLayout(LayoutKind.Sequential)]
-        public struct jostle_responses_options
-        {
-            public ulong struct_size;
-            public jostle_options* common;
-            public ResponseForm form;
-            public IntPtr merge;
-            public void* context;
         }
 
         [UnmanagedFunctionPointer(CallingConvention.Cdecl)]
@@ -1043,16 +1000,6 @@ namespace Jostle
         public delegate int jostle_process_blocks_function(void* context, void* items, ulong count,
             ulong first, jostle_work work);
 
-        [UnmanagedFunctionPointer(CallingConvention.Cdecl)]
-        public delegate int jostle_process_row_function(void* context, uint a, uint b_begin, uint b_end,
-            jostle_work work);
-
-        [UnmanagedFunctionPointer(CallingConvention.Cdecl)]
-        public delegate void jostle_merge_function(void* context, void* into, void* value);
-
-        [UnmanagedFunctionPointer(CallingConvention.Cdecl)]
-        public delegate void jostle_apply_function(void* context, uint first, uint count, void* values);
-
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_version(uint* major, uint* minor, uint* patch,
             jostle_error* error);
@@ -1080,9 +1027,6 @@ namespace Jostle
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_executor_concurrency(ExecutorHandle executor, uint* threads,
             jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_executor_run(ExecutorHandle executor, uint count, IntPtr task,
-            void* context, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_boxes_check(Space space, jostle_boxes* boxes,
             jostle_error* error);
@@ -1178,9 +1122,6 @@ namespace Jostle
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_index_free(IntPtr index, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_index_space(IndexHandle index, Space* space,
-            jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_index_build(IndexHandle index, uint* ids, jostle_boxes* boxes,
             jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
@@ -1246,9 +1187,6 @@ namespace Jostle
             WorldHandle @out, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_world_free(IntPtr world, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_world_space(WorldHandle world, Space* space,
-            jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_world_add(WorldHandle world, jostle_boxes* boxes,
             jostle_object_options* options, ulong* ids, jostle_error* error);
@@ -1419,14 +1357,8 @@ namespace Jostle
         public static extern Status jostle_shape_capsule(int dim, double half_length, double radius, out
             ShapeHandle @out, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_shape_box(int dim, double* half, out ShapeHandle @out,
-            jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_shape_rounded_box(int dim, double* half, double radius, out
+        public static extern Status jostle_shape_box(int dim, double* half, double radius, out
             ShapeHandle @out, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_shape_rounded_hull(Space space, void* points, ulong count,
-            double radius, out ShapeHandle @out, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_shape_cylinder(double half_length, double radius, out
             ShapeHandle @out, jostle_error* error);
@@ -1440,15 +1372,11 @@ namespace Jostle
         public static extern Status jostle_shape_half_space(int dim, double* normal, double offset, out
             ShapeHandle @out, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_shape_hull(Space space, void* points, ulong count, out
-            ShapeHandle @out, jostle_error* error);
+        public static extern Status jostle_shape_hull(Space space, void* points, ulong count,
+            double radius, out ShapeHandle @out, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_shape_mesh(Space space, void* vertices, ulong vertex_count,
-            uint* elements, ulong element_count, out ShapeHandle @out, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_shape_welded_mesh(Space space, void* vertices,
-            ulong vertex_count, uint* elements, ulong element_count, double weld, out ShapeHandle @out,
-            jostle_error* error);
+            uint* elements, ulong element_count, double weld, out ShapeHandle @out, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_shape_height_field(Space space, void* heights, uint columns,
             uint rows, double spacing_x, double spacing_z, double thickness, out ShapeHandle @out,
@@ -1523,12 +1451,6 @@ namespace Jostle
         public static extern Status jostle_contact_finder_find_points(ContactFinderHandle finder,
             jostle_objects* a, jostle_objects* b, jostle_blocks* pairs, double margin,
             jostle_blocks* contacts, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_contact_finder_take_points(ContactFinderHandle finder,
-            ResultsHandle results, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_contact_finder_take(ContactFinderHandle finder,
-            ResultsHandle results, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_contact_finder_touching(ContactFinderHandle finder,
             jostle_objects* a, jostle_objects* b, jostle_blocks* pairs, byte* touching,
@@ -1626,45 +1548,14 @@ namespace Jostle
         public static extern Status jostle_part_distances(PartKind kind, double* positions, ulong count,
             double* distances, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_plan_work(ulong items, jostle_process_options* options,
-            jostle_work_plan* plan, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_plan_all_pairs(uint objects, jostle_process_options* options,
-            jostle_work_plan* plan, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_process_items(ulong items, IntPtr process, void* context,
             jostle_process_options* options, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_process_blocks(jostle_blocks* blocks, IntPtr process,
             void* context, jostle_process_options* options, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_process_all_pairs(uint objects, IntPtr process, void* context,
-            jostle_process_options* options, Schedule schedule, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_responses_new(Number number, uint width,
-            jostle_responses_options* options, out ResponsesHandle @out, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_responses_free(IntPtr responses, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_responses_start(ResponsesHandle responses, uint objects,
-            jostle_work_plan* plan, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_responses_add(ResponsesHandle responses, jostle_work work,
-            ulong count, uint* objects, void* values, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_responses_merge(ResponsesHandle responses, IntPtr apply,
-            void* context, void** values, ulong* count, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_responses_sum(ResponsesHandle responses, uint object_count,
-            uint* objects, void* values, ulong count, void** sums, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_responses_form(ResponsesHandle responses, ResponseForm* form,
-            jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_responses_bytes_reserved(ResponsesHandle responses,
-            ulong* bytes, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_responses_release_memory(ResponsesHandle responses,
+        public static extern Status jostle_sum_by_object(Number number, uint width, uint* objects,
+            void* values, ulong count, jostle_options* options, uint object_count, void* sums,
             jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_recorder_new(Space space, byte* path, double frames_per_second,
@@ -1676,8 +1567,5 @@ namespace Jostle
             jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_recorder_close(RecorderHandle recorder, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_recorder_frames(RecorderHandle recorder, ulong* frames,
-            jostle_error* error);
     }
 }

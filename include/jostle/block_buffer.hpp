@@ -55,8 +55,6 @@ struct MovingAllocator
 /// The `Error` for a number beyond the last item.
 [[noreturn]] JOSTLE_API void throw_no_item(std::uint64_t number, std::uint64_t size);
 
-} // namespace detail
-
 /// Iterates over blocks, none of them empty, as if they were one array.
 template <class Item>
 class BlockIterator
@@ -101,6 +99,8 @@ class BlockIterator
     const Item* item_ = nullptr;
 };
 
+} // namespace detail
+
 /// All results of one call, as blocks of contiguous memory: a `PairBuffer` or a `ContactBuffer`.
 ///
 ///     const jostle::PairBuffer& pairs = finder.find(boxes);
@@ -123,7 +123,7 @@ class BlockBuffer
 
   public:
     using value_type = Item;
-    using Iterator = BlockIterator<Item>;
+    using Iterator = detail::BlockIterator<Item>;
 
     explicit BlockBuffer(std::pmr::memory_resource* memory = std::pmr::get_default_resource())
         : blocks_(memory), chunks_(memory)

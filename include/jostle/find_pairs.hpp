@@ -153,15 +153,20 @@ class JOSTLE_API PairFinder
     PairFinder& operator=(PairFinder&&) noexcept;
     ~PairFinder();
 
-    /// Returns all pairs among `boxes`. The finder owns the result, which is valid until its next call.
-    template <int Dim, Coordinate T>
-    const PairBuffer& find(const BoxView<Dim, T>& boxes, const Filter& filter = {},
-                           Order order = Order::canonical) &;
-    /// Returns all pairs of a box of `a` and a box of `b`, but none within `a` or within `b`. (`View` is the
-    /// type of `b`. It is a template parameter so that find(boxes, {}) means "no filter".)
-    template <int Dim, Coordinate T, std::same_as<BoxView<Dim, T>> View>
-    const PairBuffer& find(const BoxView<Dim, T>& a, const View& b, const CrossFilter& filter = {},
-                           Order order = Order::canonical) &;
+    /// Returns all pairs among `boxes`, a container or a view. The finder owns the result, which is valid
+    /// until its next call.
+    template <AnyBoxes Boxes>
+    const PairBuffer& find(const Boxes& boxes, const Filter& filter = {}, Order order = Order::canonical) &
+    {
+        return found(box_view(boxes), filter, order);
+    }
+    /// Returns all pairs of a box of `a` and a box of `b`, but none within `a` or within `b`.
+    template <AnyBoxes A, BoxesLike<A> B>
+    const PairBuffer& find(const A& a, const B& b, const CrossFilter& filter = {},
+                           Order order = Order::canonical) &
+    {
+        return found(box_view(a), box_view(b), filter, order);
+    }
     /// Deleted for temporary finders, since the result would be destroyed with them: name the finder, or use
     /// take().
     template <class... Arguments>
@@ -178,14 +183,11 @@ class JOSTLE_API PairFinder
     ///           the offset; for a bad box, naming its position in `boxes`. If `accept` throws, the exception
     ///           of the lowest scene leaves the call.
     /// Cost      on one thread 0.4 to 1.1 times that of a loop over find(); the smaller the scenes, the less.
-    template <int Dim, Coordinate T>
-    const ScenePairs& find_scenes(const BoxView<Dim, T>& boxes, std::span<const std::uint64_t> offsets,
-                                  const SceneFilter& filter = {}) &;
-    template <BoxContainer Boxes>
+    template <AnyBoxes Boxes>
     const ScenePairs& find_scenes(const Boxes& boxes, std::span<const std::uint64_t> offsets,
                                   const SceneFilter& filter = {}) &
     {
-        return find_scenes(box_view(boxes), offsets, filter);
+        return scenes_found(box_view(boxes), offsets, filter);
     }
     template <class... Arguments>
     void find_scenes(Arguments&&... result_would_be_gone) && = delete;
@@ -193,33 +195,15 @@ class JOSTLE_API PairFinder
     /// Passes each pair to `sink` instead of storing it, so memory stays bounded however many pairs there
     /// are. Returns false if the sink stopped the search; chunks from other threads may still arrive after
     /// the sink has returned false. An exception that it throws ends the search and leaves the call.
-    template <int Dim, Coordinate T>
-    bool stream(const BoxView<Dim, T>& boxes, PairSink sink, const Filter& filter = {});
-    template <int Dim, Coordinate T>
-    bool stream(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b, PairSink sink,
-                const CrossFilter& filter = {});
-
-    /// The same four functions for containers of boxes.
-    template <BoxContainer Boxes>
-    const PairBuffer& find(const Boxes& boxes, const Filter& filter = {}, Order order = Order::canonical) &
-    {
-        return find(box_view(boxes), filter, order);
-    }
-    template <BoxContainer A, BoxContainer B>
-    const PairBuffer& find(const A& a, const B& b, const CrossFilter& filter = {},
-                           Order order = Order::canonical) &
-    {
-        return find(box_view(a), box_view(b), filter, order);
-    }
-    template <BoxContainer Boxes>
+    template <AnyBoxes Boxes>
     bool stream(const Boxes& boxes, PairSink sink, const Filter& filter = {})
     {
-        return stream(box_view(boxes), sink, filter);
+        return streamed(box_view(boxes), sink, filter);
     }
-    template <BoxContainer A, BoxContainer B>
+    template <AnyBoxes A, BoxesLike<A> B>
     bool stream(const A& a, const B& b, PairSink sink, const CrossFilter& filter = {})
     {
-        return stream(box_view(a), box_view(b), sink, filter);
+        return streamed(box_view(a), box_view(b), sink, filter);
     }
 
     /// Like find, but the caller owns the result.
@@ -227,13 +211,13 @@ class JOSTLE_API PairFinder
     [[nodiscard]] PairBuffer take(const Boxes& boxes, const Filter& filter = {},
                                   Order order = Order::canonical)
     {
-        return taken(find(box_view(boxes), filter, order));
+        return taken(find(boxes, filter, order));
     }
     template <AnyBoxes A, BoxesLike<A> B>
     [[nodiscard]] PairBuffer take(const A& a, const B& b, const CrossFilter& filter = {},
                                   Order order = Order::canonical)
     {
-        return taken(find(box_view(a), box_view(b), filter, order));
+        return taken(find(a, b, filter, order));
     }
 
     /// Returns what the last call did.
@@ -243,6 +227,19 @@ class JOSTLE_API PairFinder
 
   private:
     friend class PairFinderAccess;
+    template <int Dim, Coordinate T>
+    const PairBuffer& found(const BoxView<Dim, T>& boxes, const Filter& filter, Order order);
+    template <int Dim, Coordinate T>
+    const PairBuffer& found(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b, const CrossFilter& filter,
+                            Order order);
+    template <int Dim, Coordinate T>
+    const ScenePairs& scenes_found(const BoxView<Dim, T>& boxes, std::span<const std::uint64_t> offsets,
+                                   const SceneFilter& filter);
+    template <int Dim, Coordinate T>
+    bool streamed(const BoxView<Dim, T>& boxes, PairSink sink, const Filter& filter);
+    template <int Dim, Coordinate T>
+    bool streamed(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b, PairSink sink,
+                  const CrossFilter& filter);
     /// Moves a result that this finder owns.
     static PairBuffer taken(const PairBuffer& found) { return std::move(const_cast<PairBuffer&>(found)); }
     struct Implementation;
@@ -265,33 +262,35 @@ template <AnyBoxes A, BoxesLike<A> B>
     return PairFinder(options).take(a, b, filter, order);
 }
 
-/// Throws the `Error` that a search throws for these boxes, or does nothing if all are valid. Cost: one pass
-/// over the boxes, on the calling thread.
+namespace detail {
 template <int Dim, Coordinate T>
 JOSTLE_API void check_boxes(const BoxView<Dim, T>& boxes);
-template <BoxContainer Boxes>
+template <int Dim, Coordinate T>
+[[nodiscard]] JOSTLE_API std::vector<Pair> brute_force(const BoxView<Dim, T>& boxes, const Filter& filter);
+template <int Dim, Coordinate T>
+[[nodiscard]] JOSTLE_API std::vector<Pair> brute_force(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b,
+                                                       const CrossFilter& filter);
+} // namespace detail
+
+/// Throws the `Error` that a search throws for these boxes, or does nothing if all are valid. Cost: one pass
+/// over the boxes, on the calling thread.
+template <AnyBoxes Boxes>
 void check_boxes(const Boxes& boxes)
 {
-    check_boxes(box_view(boxes));
+    detail::check_boxes(box_view(boxes));
 }
 
 /// The reference implementation, obviously right rather than fast: tests every box against every other. Pairs
 /// ascend by (a, b). O(n^2) on the calling thread. For checking results.
-template <int Dim, Coordinate T>
-[[nodiscard]] JOSTLE_API std::vector<Pair> find_pairs_brute_force(const BoxView<Dim, T>& boxes,
-                                                                  const Filter& filter = {});
-template <int Dim, Coordinate T, std::same_as<BoxView<Dim, T>> View>
-[[nodiscard]] JOSTLE_API std::vector<Pair> find_pairs_brute_force(const BoxView<Dim, T>& a, const View& b,
-                                                                  const CrossFilter& filter = {});
-template <BoxContainer Boxes>
+template <AnyBoxes Boxes>
 [[nodiscard]] std::vector<Pair> find_pairs_brute_force(const Boxes& boxes, const Filter& filter = {})
 {
-    return find_pairs_brute_force(box_view(boxes), filter);
+    return detail::brute_force(box_view(boxes), filter);
 }
-template <BoxContainer A, BoxContainer B>
+template <AnyBoxes A, BoxesLike<A> B>
 [[nodiscard]] std::vector<Pair> find_pairs_brute_force(const A& a, const B& b, const CrossFilter& filter = {})
 {
-    return find_pairs_brute_force(box_view(a), box_view(b), filter);
+    return detail::brute_force(box_view(a), box_view(b), filter);
 }
 
 JOSTLE_NAMESPACE_END

@@ -165,15 +165,6 @@ enum
     JOSTLE_SHAPE_FIRST_CUSTOM = 16
 };
 
-/// How the pairs of all objects are shared out: jostle::Schedule.
-typedef int32_t jostle_schedule;
-enum
-{
-    JOSTLE_DYNAMIC = 0,
-    JOSTLE_ZIGZAG = 1,
-    JOSTLE_EQUAL_BLOCKS = 2
-};
-
 /// What a pair of a surface consists of.
 typedef int32_t jostle_part_kind;
 enum
@@ -182,22 +173,13 @@ enum
     JOSTLE_EDGE_EDGE = 2        ///< the two ends of one, then those of the other
 };
 
-/// The type of the numbers that responses are made of.
+/// The type of the numbers that jostle_sum_by_object adds up.
 typedef int32_t jostle_number;
 enum
 {
     JOSTLE_FLOAT = 1,
     JOSTLE_DOUBLE = 2,
     JOSTLE_INT64 = 3
-};
-
-/// How responses are kept until they are merged: jostle::ResponseForm.
-typedef int32_t jostle_response_form;
-enum
-{
-    JOSTLE_AUTOMATIC = 0,
-    JOSTLE_DENSE = 1,
-    JOSTLE_SPARSE = 2
 };
 
 // ---------------------------------------------------------------------------------------------------------
@@ -218,7 +200,6 @@ typedef struct jostle_contact_finder jostle_contact_finder;   ///< jostle::Conta
 typedef struct jostle_closed_mesh jostle_closed_mesh;         ///< jostle::ClosedMesh
 typedef struct jostle_surface jostle_surface;                 ///< jostle::Surface
 typedef struct jostle_surface_finder jostle_surface_finder;   ///< jostle::SurfaceFinder
-typedef struct jostle_responses jostle_responses;             ///< jostle::Responses
 typedef struct jostle_recorder jostle_recorder;               ///< jostle::Recorder
 
 /// Names an object of a world: the index in the low 32 bits, the generation in the high ones. Always less
@@ -364,10 +345,6 @@ JOSTLE_C_API jostle_status jostle_executor_callback(uint32_t concurrency, jostle
 JOSTLE_C_API jostle_status jostle_executor_free(jostle_executor* executor, jostle_error* error);
 JOSTLE_C_API jostle_status jostle_executor_concurrency(const jostle_executor* executor, uint32_t* threads,
                                                        jostle_error* error);
-/// Runs tasks of the caller's own.
-JOSTLE_C_API jostle_status jostle_executor_run(jostle_executor* executor, uint32_t count,
-                                               void (*task)(void* context, uint32_t i), void* context,
-                                               jostle_error* error);
 
 /// Where memory comes from. Both functions are called from several threads at a time and must not fail but by
 /// returning NULL, which ends the call with JOSTLE_OUT_OF_MEMORY. They and `context` must outlive every
@@ -689,8 +666,6 @@ typedef struct jostle_index_stats
 JOSTLE_C_API jostle_status jostle_index_new(jostle_space space, const jostle_options* options,
                                             jostle_index** out, jostle_error* error);
 JOSTLE_C_API jostle_status jostle_index_free(jostle_index* index, jostle_error* error);
-JOSTLE_C_API jostle_status jostle_index_space(const jostle_index* index, jostle_space* space,
-                                              jostle_error* error);
 /// Forgets everything and takes these boxes. Box i gets the id ids[i] or, if `ids` is NULL, i. Below, too,
 /// there are as many ids as boxes.
 JOSTLE_C_API jostle_status jostle_index_build(jostle_index* index, const uint32_t* ids,
@@ -868,8 +843,6 @@ typedef int32_t (*jostle_draw_function)(void* context, const void* numbers, jost
 JOSTLE_C_API jostle_status jostle_world_new(jostle_space space, const jostle_world_options* options,
                                             jostle_world** out, jostle_error* error);
 JOSTLE_C_API jostle_status jostle_world_free(jostle_world* world, jostle_error* error);
-JOSTLE_C_API jostle_status jostle_world_space(const jostle_world* world, jostle_space* space,
-                                              jostle_error* error);
 
 // Commands: queued, from any thread at any time; they take effect in the next update. Each is for many
 // objects; one is a count of 1. Of equal commands of several threads for one object the greatest `sequence`
@@ -1108,15 +1081,9 @@ JOSTLE_C_API jostle_status jostle_shape_sphere(int32_t dim, double radius, jostl
 /// All points within `radius` of a segment along the local y axis.
 JOSTLE_C_API jostle_status jostle_shape_capsule(int32_t dim, double half_length, double radius,
                                                 jostle_shape** out, jostle_error* error);
-/// Half the edges: dim numbers.
-JOSTLE_C_API jostle_status jostle_shape_box(int32_t dim, const double* half, jostle_shape** out,
-                                            jostle_error* error);
-/// All points within `radius` of that box.
-JOSTLE_C_API jostle_status jostle_shape_rounded_box(int32_t dim, const double* half, double radius,
-                                                    jostle_shape** out, jostle_error* error);
-/// All points within `radius` of the convex hull of points, which are as jostle_shape_hull's.
-JOSTLE_C_API jostle_status jostle_shape_rounded_hull(jostle_space space, const void* points, uint64_t count,
-                                                     double radius, jostle_shape** out, jostle_error* error);
+/// All points within `radius`, which may be 0, of a box. Half its edges: dim numbers.
+JOSTLE_C_API jostle_status jostle_shape_box(int32_t dim, const double* half, double radius,
+                                            jostle_shape** out, jostle_error* error);
 /// All points within `radius` of the y axis from -half_length to +half_length, in 3D.
 JOSTLE_C_API jostle_status jostle_shape_cylinder(double half_length, double radius, jostle_shape** out,
                                                  jostle_error* error);
@@ -1129,18 +1096,15 @@ JOSTLE_C_API jostle_status jostle_shape_ellipsoid(int32_t dim, const double* hal
 /// Everything below a plane: the points p with normal . p <= offset * |normal|. The normal has dim numbers.
 JOSTLE_C_API jostle_status jostle_shape_half_space(int32_t dim, const double* normal, double offset,
                                                    jostle_shape** out, jostle_error* error);
-/// The convex hull of points: dim numbers of the space each, one after another.
+/// All points within `radius`, which may be 0, of the convex hull of points: dim numbers of the space each,
+/// one after another.
 JOSTLE_C_API jostle_status jostle_shape_hull(jostle_space space, const void* points, uint64_t count,
-                                             jostle_shape** out, jostle_error* error);
-/// Triangles or, in 2D, segments: dim indices each.
+                                             double radius, jostle_shape** out, jostle_error* error);
+/// Triangles or, in 2D, segments: dim indices each. Vertices within `weld`, which may be 0, of an earlier one
+/// are moved to it: jostle::Mesh.
 JOSTLE_C_API jostle_status jostle_shape_mesh(jostle_space space, const void* vertices, uint64_t vertex_count,
-                                             const uint32_t* elements, uint64_t element_count,
+                                             const uint32_t* elements, uint64_t element_count, double weld,
                                              jostle_shape** out, jostle_error* error);
-/// The same. Vertices within `weld` of an earlier one are moved to it: jostle::MeshOptions.
-JOSTLE_C_API jostle_status jostle_shape_welded_mesh(jostle_space space, const void* vertices,
-                                                    uint64_t vertex_count, const uint32_t* elements,
-                                                    uint64_t element_count, double weld, jostle_shape** out,
-                                                    jostle_error* error);
 /// Terrain: columns x rows heights, row by row, at x = column * spacing_x and z = row * spacing_z;
 /// jostle::HeightGrid. The ground is solid from there down to `thickness` below the lowest height. `space` is
 /// JOSTLE_3F or JOSTLE_3D.
@@ -1336,12 +1300,6 @@ JOSTLE_C_API jostle_status jostle_contact_finder_find_points(jostle_contact_find
                                                              const jostle_objects* a, const jostle_objects* b,
                                                              const jostle_blocks* pairs, double margin,
                                                              jostle_blocks* contacts, jostle_error* error);
-/// Moves the contacts of the last find_points into `results`.
-JOSTLE_C_API jostle_status jostle_contact_finder_take_points(jostle_contact_finder* finder,
-                                                             jostle_results* results, jostle_error* error);
-/// Moves the contacts of the last find into `results`.
-JOSTLE_C_API jostle_status jostle_contact_finder_take(jostle_contact_finder* finder, jostle_results* results,
-                                                      jostle_error* error);
 /// Whether the shapes of each pair touch: 1 or 0.
 JOSTLE_C_API jostle_status jostle_contact_finder_touching(jostle_contact_finder* finder,
                                                           const jostle_objects* a, const jostle_objects* b,
@@ -1593,15 +1551,6 @@ typedef struct jostle_process_options
     uint64_t block_items;            ///< 0: chosen by their number
 } jostle_process_options;
 
-/// jostle::WorkPlan.
-typedef struct jostle_work_plan
-{
-    uint64_t items;
-    uint64_t block_items;
-    uint32_t blocks;
-    uint32_t slots;
-} jostle_work_plan;
-
 /// Where a callback stands: jostle::Work.
 typedef struct jostle_work
 {
@@ -1615,15 +1564,10 @@ typedef int32_t (*jostle_process_items_function)(void* context, uint64_t begin, 
 /// Works on some items of a result; the first of them is number `first`. 0: done.
 typedef int32_t (*jostle_process_blocks_function)(void* context, const void* items, uint64_t count,
                                                   uint64_t first, jostle_work work);
-/// Works on the pairs of `a` with b_begin to b_end - 1. 0: done.
-typedef int32_t (*jostle_process_row_function)(void* context, uint32_t a, uint32_t b_begin, uint32_t b_end,
-                                               jostle_work work);
 
-/// How the functions below cut that much work. `options` may be NULL.
-JOSTLE_C_API jostle_status jostle_plan_work(uint64_t items, const jostle_process_options* options,
-                                            jostle_work_plan* plan, jostle_error* error);
-JOSTLE_C_API jostle_status jostle_plan_all_pairs(uint32_t objects, const jostle_process_options* options,
-                                                 jostle_work_plan* plan, jostle_error* error);
+/// Work is cut into blocks of items, which the executor's threads take one after another: however uneven it
+/// is, all are busy until the end. jostle_work::slot is less than the executor's concurrency, and differs
+/// among calls at the same time: it selects scratch memory. `options` may be NULL.
 JOSTLE_C_API jostle_status jostle_process_items(uint64_t items, jostle_process_items_function process,
                                                 void* context, const jostle_process_options* options,
                                                 jostle_error* error);
@@ -1631,54 +1575,16 @@ JOSTLE_C_API jostle_status jostle_process_items(uint64_t items, jostle_process_i
 JOSTLE_C_API jostle_status jostle_process_blocks(const jostle_blocks* blocks,
                                                  jostle_process_blocks_function process, void* context,
                                                  const jostle_process_options* options, jostle_error* error);
-/// Works on all pairs a < b of so many objects.
-JOSTLE_C_API jostle_status jostle_process_all_pairs(uint32_t objects, jostle_process_row_function process,
-                                                    void* context, const jostle_process_options* options,
-                                                    jostle_schedule schedule, jostle_error* error);
 
-/// Merges `value` into `into`, both of the responses' width; zeros must be neutral. It never fails.
-typedef void (*jostle_merge_function)(void* context, void* into, const void* value);
-/// Takes the merged values of the objects from `first` on. It never fails.
-typedef void (*jostle_apply_function)(void* context, uint32_t first, uint32_t count, const void* values);
-
-typedef struct jostle_responses_options
-{
-    uint64_t struct_size;
-    const jostle_options* common; ///< may be NULL
-    jostle_response_form form;
-    jostle_merge_function merge; ///< NULL: adds up
-    void* context;               ///< must outlive the responses
-} jostle_responses_options;
-
-/// What happens to objects, put together from all cores with the same bits whoever worked. A response is 1 to
-/// 8 numbers of one type. `options` may be NULL.
-JOSTLE_C_API jostle_status jostle_responses_new(jostle_number number, uint32_t width,
-                                                const jostle_responses_options* options,
-                                                jostle_responses** out, jostle_error* error);
-JOSTLE_C_API jostle_status jostle_responses_free(jostle_responses* responses, jostle_error* error);
-/// Forgets everything, and makes room for work that was cut by `plan` and adds to `objects` objects.
-JOSTLE_C_API jostle_status jostle_responses_start(jostle_responses* responses, uint32_t objects,
-                                                  const jostle_work_plan* plan, jostle_error* error);
-/// Adds `count` responses of objects, `width` numbers each, while working on `work`. From several threads at
-/// a time if their slots differ.
-JOSTLE_C_API jostle_status jostle_responses_add(jostle_responses* responses, jostle_work work, uint64_t count,
-                                                const uint32_t* objects, const void* values,
-                                                jostle_error* error);
-/// The merged responses of all objects, `width` numbers each; valid until the next start. `apply` may be
-/// NULL; else it is given runs of objects as soon as they are merged, from several threads at a time.
-JOSTLE_C_API jostle_status jostle_responses_merge(jostle_responses* responses, jostle_apply_function apply,
-                                                  void* context, const void** values, uint64_t* count,
-                                                  jostle_error* error);
-/// Start, add and merge in one: responses i belongs to object objects[i]. Bit for bit the same for any number
-/// of threads.
-JOSTLE_C_API jostle_status jostle_responses_sum(jostle_responses* responses, uint32_t object_count,
-                                                const uint32_t* objects, const void* values, uint64_t count,
-                                                const void** sums, jostle_error* error);
-JOSTLE_C_API jostle_status jostle_responses_form(const jostle_responses* responses,
-                                                 jostle_response_form* form, jostle_error* error);
-JOSTLE_C_API jostle_status jostle_responses_bytes_reserved(const jostle_responses* responses, uint64_t* bytes,
-                                                           jostle_error* error);
-JOSTLE_C_API jostle_status jostle_responses_release_memory(jostle_responses* responses, jostle_error* error);
+/// What happens to objects, added up on all cores with the same bits on any number of them: jostle::Responses
+/// in one call. values[i], `width` numbers (1 to 8), belongs to object objects[i], which is less than
+/// object_count; sums[object] becomes the sum of its values, 0 where it has none. Sums of int64_t wrap around.
+/// `options` may be NULL.
+/// Errors    jostle_error::index is the lowest i whose object there isn't.
+JOSTLE_C_API jostle_status jostle_sum_by_object(jostle_number number, uint32_t width, const uint32_t* objects,
+                                                const void* values, uint64_t count,
+                                                const jostle_options* options, uint32_t object_count,
+                                                void* sums, jostle_error* error);
 
 // ---------------------------------------------------------------------------------------------------------
 // Recorder: of a program's boxes, for `jostle compare` (recorder.hpp)
@@ -1696,9 +1602,6 @@ JOSTLE_C_API jostle_status jostle_recorder_frame(jostle_recorder* recorder, cons
                                                  jostle_error* error);
 /// Completes the file. There are no frames after it.
 JOSTLE_C_API jostle_status jostle_recorder_close(jostle_recorder* recorder, jostle_error* error);
-/// How many frames were written.
-JOSTLE_C_API jostle_status jostle_recorder_frames(const jostle_recorder* recorder, uint64_t* frames,
-                                                  jostle_error* error);
 
 #ifdef __cplusplus
 }

@@ -49,21 +49,23 @@ struct MovingObjects
 using Objects3f = Objects<3, float>;
 using Motion3f = Motion<3, float>;
 
-/// Sets out[i] to bounds(shapes[i], poses[i], margin). Runs on the calling thread unless an executor is
-/// given.
+namespace detail {
+template <int Dim, Coordinate T>
+JOSTLE_API void write_bounds(const Objects<Dim, T>& objects, std::span<Aabb<Dim, T>> out, T margin,
+                             Executor& executor);
+}
+
+/// Sets out[i] to bounds(shapes[i], poses[i], margin); `out` is any contiguous container of boxes. Runs on
+/// the calling thread unless an executor is given.
 /// Errors   `Error` if the numbers of shapes, poses and boxes differ, for a negative margin, and for the
 ///          lowest invalid pose, which it names. The contents of `out` are then unspecified.
-template <int Dim, Coordinate T>
-JOSTLE_API void bounds(const Objects<Dim, T>& objects, std::span<Aabb<Dim, T>> out,
-                       std::type_identity_t<T> margin = 0, Executor& executor = serial_executor());
-/// The same for any contiguous container of boxes.
 template <class Boxes, class Box = std::remove_pointer_t<decltype(std::data(std::declval<Boxes&>()))>,
           Coordinate T = typename decltype(Box::lo)::value_type>
 void bounds(const Objects<static_cast<int>(decltype(Box::lo)::size()), T>& objects, Boxes&& out,
             std::type_identity_t<T> margin = 0, Executor& executor = serial_executor())
 {
     constexpr int dim = static_cast<int>(decltype(Box::lo)::size());
-    bounds<dim, T>(objects, std::span<Aabb<dim, T>>(out), margin, executor);
+    detail::write_bounds<dim, T>(objects, std::span<Aabb<dim, T>>(out), margin, executor);
 }
 
 JOSTLE_NAMESPACE_END

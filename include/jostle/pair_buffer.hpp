@@ -84,7 +84,6 @@ class ScenePairs
 /// An order-independent fingerprint of a set of pairs: the sum modulo 2^64 over its pairs of the splitmix64
 /// finaliser of (a << 32 | b). Two systems that agree on count and checksum found the same pairs. For the sum
 /// over parts, add the parts' checksums.
-[[nodiscard]] JOSTLE_API std::uint64_t pair_checksum(std::span<const Pair> pairs) noexcept;
-[[nodiscard]] JOSTLE_API std::uint64_t pair_checksum(const PairBuffer& pairs) noexcept;
+[[nodiscard]] JOSTLE_API std::uint64_t pair_checksum(PairView pairs) noexcept;
 
 JOSTLE_NAMESPACE_END

@@ -4,23 +4,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <memory_resource>
 #include <span>
 
 #include "jostle/box.hpp"
-#include "jostle/executor.hpp"
 #include "jostle/find_pairs.hpp"
 #include "jostle/version.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
-
-struct PeriodicOptions
-{
-    /// Null means default_executor(). It must outlive the images.
-    Executor* executor = nullptr;
-    /// Provides the memory.
-    std::pmr::memory_resource* memory = std::pmr::get_default_resource();
-};
 
 /// Periodic space: what leaves on one side enters on the other. Boxes near an end of a periodic axis get
 /// images, shifted by a period, so that a search also finds the pairs across the border.
@@ -43,7 +33,7 @@ struct PeriodicOptions
 /// Cost      two passes over the boxes and a copy of them: 10 ns a box. Only boxes that are at most the
 ///           largest box's length from an end of the period get images, since only these can touch something.
 /// Memory    is kept, so a steady scene allocates nothing.
-/// Threads   one call at a time; const members from any number of threads.
+/// Threads   one call at a time; const members from any number of threads. instruction_set changes nothing.
 /// Errors    `Error` from build(), which leaves the images unchanged: for a box that is NaN, inverted or at
 ///           least half a period long, naming the lowest one; for a box whose upper bound is two periods or
 ///           more above the lowest bound of all boxes; for a period that is negative, infinite or NaN; for
@@ -56,7 +46,7 @@ class JOSTLE_API PeriodicImages
     using Box = Aabb<Dim, T>;
     using Vector = Vec<Dim, T>;
 
-    explicit PeriodicImages(const PeriodicOptions& options = {});
+    explicit PeriodicImages(const FinderOptions& options = {});
     PeriodicImages(PeriodicImages&&) noexcept;
     PeriodicImages& operator=(PeriodicImages&&) noexcept;
     ~PeriodicImages();

@@ -18,6 +18,18 @@
 
 JOSTLE_NAMESPACE_BEGIN
 
+namespace detail {
+/// The checksum of a recording's frame: of the number of its boxes, then of their bounds in the file's order.
+[[nodiscard]] constexpr std::uint64_t add_to_sum(std::uint64_t sum, std::uint64_t bits) noexcept
+{
+    return (sum ^ bits) * 0x100000001b3u; // FNV-1a's step, a number at a time
+}
+[[nodiscard]] constexpr std::uint64_t start_of_sum(std::uint64_t boxes) noexcept
+{
+    return add_to_sum(0xcbf29ce484222325u, boxes);
+}
+} // namespace detail
+
 /// Writes a program's boxes to a file, frame by frame, for `jostle compare`, which times every competitor on
 /// them, and for `jostle demo --recording`. It takes three lines and needs no library:
 ///
@@ -87,12 +99,12 @@ class Recorder
         bytes_.resize(4 + boxes.size() * 2 * Dim * sizeof(T) + 8);
         unsigned char* to = bytes_.data();
         put(to, static_cast<std::uint32_t>(boxes.size()));
-        std::uint64_t sum = start_of_sum(boxes.size());
+        std::uint64_t sum = detail::start_of_sum(boxes.size());
         for (std::size_t i = 0; i < boxes.size(); ++i)
             for (int side = 0; side < 2; ++side)
                 for (int d = 0; d < Dim; ++d) {
                     const auto bits = bits_of(side == 0 ? boxes.lo(d, i) : boxes.hi(d, i));
-                    sum = add_to_sum(sum, bits);
+                    sum = detail::add_to_sum(sum, bits);
                     put(to, bits);
                 }
         put(to, sum);
@@ -100,11 +112,6 @@ class Recorder
         most_ = std::max(most_, static_cast<std::uint32_t>(boxes.size()));
         ++frames_;
         return true;
-    }
-    template <BoxContainer Boxes>
-    bool frame(const Boxes& boxes)
-    {
-        return frame(box_view(boxes));
     }
 
     /// Completes the file. No frame may follow. The destructor does the same.
@@ -126,16 +133,6 @@ class Recorder
     [[nodiscard]] const std::string& problem() const noexcept { return problem_; }
     /// The number of frames so far.
     [[nodiscard]] std::uint64_t frames() const noexcept { return frames_; }
-
-    /// The checksum of a frame: of the number of its boxes, then of their bounds in the file's order.
-    [[nodiscard]] static constexpr std::uint64_t start_of_sum(std::uint64_t boxes) noexcept
-    {
-        return add_to_sum(0xcbf29ce484222325u, boxes);
-    }
-    [[nodiscard]] static constexpr std::uint64_t add_to_sum(std::uint64_t sum, std::uint64_t bits) noexcept
-    {
-        return (sum ^ bits) * 0x100000001b3u; // FNV-1a's step, a number at a time
-    }
 
   private:
     template <class Number>
@@ -168,7 +165,7 @@ class Recorder
         to = std::copy(description_.begin(), description_.end(), to);
         std::uint64_t sum = 0xcbf29ce484222325u;
         for (const unsigned char* byte = bytes_.data(); byte != to; ++byte)
-            sum = add_to_sum(sum, *byte);
+            sum = detail::add_to_sum(sum, *byte);
         put(to, sum);
         write();
     }

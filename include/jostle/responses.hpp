@@ -24,8 +24,7 @@ JOSTLE_NAMESPACE_BEGIN
 /// forms.
 enum class ResponseForm
 {
-    /// The form that needs less memory if each item of the plan adds two responses; sparse for
-    /// process_all_pairs, where few pairs have a response.
+    /// The form that needs less memory if each item of the plan adds two responses.
     automatic,
     /// An array over all objects for each block of work (the thesis, fig. 4.8, has one for each processor).
     /// For few objects with many responses each. Memory: blocks x objects x sizeof(T).

@@ -132,13 +132,6 @@ class JOSTLE_API ConvexHull
     std::shared_ptr<const narrow::HullData<Dim>> data_;
 };
 
-struct MeshOptions
-{
-    /// Vertices within this distance of an earlier one are moved to it, unless that one was moved itself.
-    /// This closes cracks between pieces whose coordinates differ by rounding.
-    double weld = 0;
-};
-
 /// A rigid surface: triangles in 3D; in 2D a chain or any set of segments. It has no inside: objects are
 /// pushed out the shortest way.
 ///
@@ -162,12 +155,14 @@ class JOSTLE_API Mesh
   public:
     using Element = std::array<std::uint32_t, static_cast<std::size_t>(Dim)>; ///< indices of vertices
 
+    /// Vertices within the distance `weld` of an earlier one are moved to it, unless that one was moved
+    /// itself. This closes cracks between pieces whose coordinates differ by rounding.
     template <detail::PointRange<Dim> Points, detail::ElementRange<Dim> Elements = std::vector<Element>>
-    Mesh(const Points& vertices, const Elements& elements, const MeshOptions& options = {})
+    Mesh(const Points& vertices, const Elements& elements, double weld = 0)
     {
         using Point = detail::PointIn<Dim, Points>;
         build(std::span<const Point>(detail::items_of<Dim, Point>(vertices)),
-              std::span<const Element>(detail::items_of<Dim, Element>(elements)), options);
+              std::span<const Element>(detail::items_of<Dim, Element>(elements)), weld);
     }
     [[nodiscard]] std::size_t size() const noexcept; ///< elements
     /// Returns a copy of the vertices, in the order given.
@@ -179,8 +174,7 @@ class JOSTLE_API Mesh
     friend struct narrow::ShapeAccess;
     explicit Mesh(std::shared_ptr<const narrow::MeshData<Dim>> data) noexcept : data_(std::move(data)) {}
     template <Coordinate T>
-    void build(std::span<const Vec<Dim, T>> vertices, std::span<const Element> elements,
-               const MeshOptions& options);
+    void build(std::span<const Vec<Dim, T>> vertices, std::span<const Element> elements, double weld);
     std::shared_ptr<const narrow::MeshData<Dim>> data_;
 };
 

@@ -26,6 +26,12 @@
 
 JOSTLE_NAMESPACE_BEGIN
 
+namespace detail {
+template <int Dim, Coordinate T>
+JOSTLE_API void write_spatial_order(const BoxView<Dim, T>& boxes, std::span<std::uint32_t> order,
+                                    const FinderOptions& options);
+}
+
 /// Writes a spatial order of the boxes: order[k] is the position of the k-th box.
 ///
 /// Order     boxes near each other in space are near each other in the order, along a Z-curve through their
@@ -37,13 +43,10 @@ JOSTLE_NAMESPACE_BEGIN
 ///           per box; too_many_objects for more than 2^32 - 1 boxes. Nothing is written then.
 /// Threads   several threads may call it at a time.
 /// Source    Morton, A computer oriented geodetic data base and a new technique in file sequencing (1966).
-template <int Dim, Coordinate T>
-void spatial_order(const BoxView<Dim, T>& boxes, std::span<std::uint32_t> order,
-                   const FinderOptions& options = {});
-template <BoxContainer Boxes>
+template <AnyBoxes Boxes>
 void spatial_order(const Boxes& boxes, std::span<std::uint32_t> order, const FinderOptions& options = {})
 {
-    spatial_order(box_view(boxes), order, options);
+    detail::write_spatial_order(box_view(boxes), order, options);
 }
 
 namespace detail {

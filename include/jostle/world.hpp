@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -216,12 +217,14 @@ class JOSTLE_API World : public Queries<World<Dim, T>, Dim, T, ObjectId, ObjectQ
     ObjectId add(const Box& box, const Options& options = {});
     /// Adds an object for each box; ids[i] becomes the id of the object with boxes[i]. `options`: one for
     /// all, or a vector, array or span with one for each.
-    void add(const Boxes& boxes, std::span<ObjectId> ids, const Options& options = {});
-    template <class Many>
-        requires std::convertible_to<const Many&, std::span<const ObjectOptions<T>>>
-    void add(const Boxes& boxes, std::span<ObjectId> ids, const Many& options_of_each)
+    template <class Given = Options>
+        requires std::same_as<Given, Options> || std::convertible_to<const Given&, std::span<const Options>>
+    void add(const Boxes& boxes, std::span<ObjectId> ids, const Given& options = {})
     {
-        add_each(boxes, ids, options_of_each);
+        if constexpr (std::same_as<Given, Options>)
+            add_many(boxes, ids, {&options, 1}, false);
+        else
+            add_many(boxes, ids, options, true);
     }
     void remove(ObjectId id);
     void remove(std::span<const ObjectId> ids);
@@ -413,7 +416,8 @@ class JOSTLE_API World : public Queries<World<Dim, T>, Dim, T, ObjectId, ObjectQ
 
   private:
     friend class Queries<World, Dim, T, ObjectId, ObjectQueryFilter>;
-    void add_each(const Boxes& boxes, std::span<ObjectId> ids, std::span<const Options> options);
+    void add_many(const Boxes& boxes, std::span<ObjectId> ids, std::span<const Options> options,
+                  bool one_each);
     std::unique_ptr<Implementation> implementation_;
 };
 

@@ -62,7 +62,7 @@ void check_boxes_of(const BoxView<Dim, T>& boxes, const char* set, std::span<con
 }
 
 template <int Dim, Coordinate T>
-void check_boxes(const BoxView<Dim, T>& boxes)
+void detail::check_boxes(const BoxView<Dim, T>& boxes)
 {
     check_boxes_of(boxes, "");
 }
@@ -123,7 +123,7 @@ void check_offsets(std::span<const std::uint64_t> offsets, const char* part, con
     template void check_pointers<Dim, T>(const BoxView<Dim, T>&, const char*);                               \
     template void check_boxes_of<Dim, T>(const BoxView<Dim, T>&, const char*,                                \
                                          std::span<const std::uint32_t>);                                    \
-    template void check_boxes<Dim, T>(const BoxView<Dim, T>&);
+    template void detail::check_boxes<Dim, T>(const BoxView<Dim, T>&);
 JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 

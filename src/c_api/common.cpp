@@ -233,16 +233,6 @@ jostle_status jostle_executor_concurrency(const jostle_executor* executor, uint3
         wanted(threads, "threads") = content.executor->concurrency();
     });
 }
-jostle_status jostle_executor_run(jostle_executor* executor, uint32_t count,
-                                  void (*task)(void* context, uint32_t i), void* context, jostle_error* error)
-{
-    return guarded(error, [&] {
-        ExecutorContent& content = open(executor);
-        wanted_function(task, "task");
-        const auto run = [&](std::uint32_t i) { task(context, i); };
-        content.executor->run(count, run);
-    });
-}
 
 // --- Boxes ---
 

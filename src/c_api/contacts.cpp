@@ -129,17 +129,6 @@ Placed read_placed(const void* numbers, const char* name)
     return placed;
 }
 
-template <template <int, class> class Made>
-void take_contacts(ContactFinderContent& content, ResultsContent& into)
-{
-    into.begin();
-    content.on([&]<int Dim, Coordinate T>(ContactFinder<Dim, T>& typed) {
-        BlockBuffer<Made<Dim, T>> taken(content.kept.resource());
-        typed.take(taken);
-        into.take(std::move(taken), content.kept.memory);
-    });
-}
-
 /// find(typed, ...) is ContactFinder's find() or find_points().
 template <class Find>
 void find_contacts(jostle_contact_finder* finder, const jostle_objects* a, const jostle_objects* b,
@@ -222,16 +211,6 @@ jostle_status jostle_contact_finder_find_points(jostle_contact_finder* finder, c
         };
         find_contacts(finder, a, b, pairs, margin, contacts, find);
     });
-}
-jostle_status jostle_contact_finder_take(jostle_contact_finder* finder, jostle_results* results,
-                                         jostle_error* error)
-{
-    return guarded(error, [&] { take_contacts<Contact>(open(finder), open(results)); });
-}
-jostle_status jostle_contact_finder_take_points(jostle_contact_finder* finder, jostle_results* results,
-                                                jostle_error* error)
-{
-    return guarded(error, [&] { take_contacts<PointContact>(open(finder), open(results)); });
 }
 jostle_status jostle_contact_finder_touching(jostle_contact_finder* finder, const jostle_objects* a,
                                              const jostle_objects* b, const jostle_blocks* pairs,

@@ -142,13 +142,6 @@ jostle_status jostle_index_free(jostle_index* index, jostle_error* error)
 {
     return guarded(error, [&] { release(index); });
 }
-jostle_status jostle_index_space(const jostle_index* index, jostle_space* space, jostle_error* error)
-{
-    return guarded(error, [&] {
-        const IndexContent& content = open(index);
-        wanted(space, "space") = content.space;
-    });
-}
 
 jostle_status jostle_index_build(jostle_index* index, const uint32_t* ids, const jostle_boxes* boxes,
                                  jostle_error* error)

@@ -87,7 +87,7 @@ class ImagesContent final : public Content
     {
         in_space(given, [&](auto in) {
             using Images = PeriodicImages<decltype(in)::dim, typename decltype(in)::T>;
-            images.emplace<Images>(PeriodicOptions{kept.executor.get(), kept.resource()});
+            images.emplace<Images>(kept.options<FinderOptions>());
         });
     }
     Kept kept;

@@ -23,166 +23,76 @@ struct Processing
     ProcessOptions options;
 };
 
-jostle_work_plan plan_to_c(const WorkPlan& plan) noexcept
-{
-    return {plan.items, plan.block_items, plan.blocks, plan.slots};
-}
 jostle_work work_to_c(const Work& work) noexcept
 {
     return {work.slot, work.block};
 }
-Schedule schedule_of(jostle_schedule schedule)
-{
-    switch (schedule) {
-    case JOSTLE_DYNAMIC:
-        return Schedule::dynamic;
-    case JOSTLE_ZIGZAG:
-        return Schedule::zigzag;
-    case JOSTLE_EQUAL_BLOCKS:
-        return Schedule::equal_blocks;
-    default:
-        refuse("there is no schedule " + std::to_string(schedule));
-    }
-}
-
-/// Responses of any width and type.
-class ResponsesContent : public Content
-{
-  public:
-    virtual void start(std::uint32_t count, const WorkPlan& plan) = 0;
-    virtual void add(Work work, std::uint64_t count, const std::uint32_t* of,
-                     const unsigned char* values) = 0;
-    virtual const void* merge(jostle_apply_function apply, void* context) = 0;
-    [[nodiscard]] virtual ResponseForm form() const noexcept = 0;
-    [[nodiscard]] virtual std::uint64_t bytes_reserved() const noexcept = 0;
-    virtual void release_memory() noexcept = 0;
-
-    Kept kept;
-    std::uint32_t objects = 0;
-    std::size_t value_size = 0;
-};
-
+/// `width` numbers of one response.
 template <class Number, std::size_t Width>
 struct Row
 {
     Number numbers[Width];
-};
 
-struct CallbackMerge
-{
-    jostle_merge_function merge;
-    void* context;
-    template <class Number, std::size_t Width>
-    void operator()(Row<Number, Width>& into, const Row<Number, Width>& value) const
+    Row& operator+=(const Row& other)
     {
-        if (merge != nullptr)
-            merge(context, into.numbers, value.numbers);
-        else
-            for (std::size_t i = 0; i < Width; ++i) {
-                if constexpr (std::same_as<Number, std::int64_t>) // wraps around instead of overflowing
-                    into.numbers[i] = static_cast<std::int64_t>(static_cast<std::uint64_t>(into.numbers[i]) +
-                                                                static_cast<std::uint64_t>(value.numbers[i]));
-                else
-                    into.numbers[i] += value.numbers[i];
-            }
+        for (std::size_t i = 0; i < Width; ++i)
+            if constexpr (std::same_as<Number, std::int64_t>) // wraps around instead of overflowing
+                numbers[i] = static_cast<std::int64_t>(static_cast<std::uint64_t>(numbers[i]) +
+                                                       static_cast<std::uint64_t>(other.numbers[i]));
+            else
+                numbers[i] += other.numbers[i];
+        return *this;
     }
 };
 
-template <class Number, std::size_t Width>
-class ResponsesOf final : public ResponsesContent
+/// What is to be added up.
+struct Summands
 {
-  public:
-    using Value = Row<Number, Width>;
+    const std::uint32_t* objects;
+    const void* values;
+    std::uint64_t count;
+    std::uint32_t object_count;
+    void* sums;
 
-    ResponsesOf(Kept given, ResponseForm wanted_form, CallbackMerge merge)
-        : responses_({given.executor.get(), given.resource(), wanted_form}, merge)
+    template <class Row>
+    void add_up(const Kept& kept) const
     {
-        kept = std::move(given);
-        value_size = sizeof(Value);
+        wanted_array(objects, count, "objects");
+        const auto* const from = wanted_array_of<unsigned char>(values, count * sizeof(Row), "values");
+        auto* const to = wanted_array_of<unsigned char>(sums, object_count * sizeof(Row), "sums");
+        Responses<Row> responses({.executor = kept.executor.get(), .memory = kept.resource()});
+        const ProcessOptions options{.executor = kept.executor.get()};
+        responses.start(object_count, plan_work(count, options));
+        process_items(
+            count,
+            [&](std::uint64_t begin, std::uint64_t end, Work work) {
+                for (std::uint64_t i = begin; i < end; ++i) {
+                    if (objects[i] >= object_count)
+                        refuse("objects[" + std::to_string(i) + "] is " + std::to_string(objects[i]) +
+                                   ", and there are " + std::to_string(object_count) + " objects",
+                               JOSTLE_INVALID_ARGUMENT, i);
+                    Row value;
+                    std::memcpy(&value, from + i * sizeof value, sizeof value);
+                    responses.add(work, objects[i], value);
+                }
+            },
+            options);
+        const std::span<const Row> merged = responses.merge();
+        if (!merged.empty()) std::memcpy(to, merged.data(), merged.size_bytes());
     }
-    void start(std::uint32_t count, const WorkPlan& plan) override
+    template <class Number, std::size_t... Widths>
+    void add_up_rows(std::uint32_t width, const Kept& kept, std::index_sequence<Widths...>) const
     {
-        objects = 0;
-        responses_.start(count, plan);
-        objects = count;
+        ((width == Widths + 1 ? add_up<Row<Number, Widths + 1>>(kept) : void()), ...);
     }
-    void add(Work work, std::uint64_t count, const std::uint32_t* of, const unsigned char* values) override
+    template <class Number>
+    void add_up_rows(std::uint32_t width, const Kept& kept) const
     {
-        for (std::uint64_t i = 0; i < count; ++i) {
-            Value value;
-            std::memcpy(&value, values + i * sizeof value, sizeof value);
-            responses_.add(work, of[i], value);
-        }
+        add_up_rows<Number>(width, kept, std::make_index_sequence<8>());
     }
-    const void* merge(jostle_apply_function apply, void* context) override
-    {
-        if (apply != nullptr)
-            responses_.merge([&](std::uint32_t first, std::span<const Value> values) {
-                apply(context, first, static_cast<std::uint32_t>(values.size()), values.data());
-            });
-        return responses_.merge().data();
-    }
-    [[nodiscard]] ResponseForm form() const noexcept override { return responses_.form(); }
-    [[nodiscard]] std::uint64_t bytes_reserved() const noexcept override
-    {
-        return responses_.bytes_reserved();
-    }
-    void release_memory() noexcept override
-    {
-        responses_.release_memory();
-        objects = 0;
-    }
-
-  private:
-    Responses<Value, CallbackMerge> responses_;
 };
-
-template <class Number>
-std::unique_ptr<ResponsesContent> responses_of(std::uint32_t width, Kept kept, ResponseForm form,
-                                               CallbackMerge merge)
-{
-    switch (width) {
-    case 1:
-        return std::make_unique<ResponsesOf<Number, 1>>(std::move(kept), form, merge);
-    case 2:
-        return std::make_unique<ResponsesOf<Number, 2>>(std::move(kept), form, merge);
-    case 3:
-        return std::make_unique<ResponsesOf<Number, 3>>(std::move(kept), form, merge);
-    case 4:
-        return std::make_unique<ResponsesOf<Number, 4>>(std::move(kept), form, merge);
-    case 5:
-        return std::make_unique<ResponsesOf<Number, 5>>(std::move(kept), form, merge);
-    case 6:
-        return std::make_unique<ResponsesOf<Number, 6>>(std::move(kept), form, merge);
-    case 7:
-        return std::make_unique<ResponsesOf<Number, 7>>(std::move(kept), form, merge);
-    case 8:
-        return std::make_unique<ResponsesOf<Number, 8>>(std::move(kept), form, merge);
-    default:
-        refuse("the width is " + std::to_string(width) + ": a response is 1 to 8 numbers");
-    }
-}
-
-void check_objects(const std::uint32_t* objects, std::uint64_t count, std::uint32_t end)
-{
-    wanted_array(objects, count, "objects");
-    for (std::uint64_t i = 0; i < count; ++i)
-        if (objects[i] >= end)
-            refuse("objects[" + std::to_string(i) + "] is " + std::to_string(objects[i]) +
-                       ", and there are " + std::to_string(end) + " objects",
-                   JOSTLE_INVALID_ARGUMENT, i);
-}
 
 } // namespace
-
-template <>
-struct Behind<jostle_responses>
-{
-    using type = ResponsesContent;
-    static constexpr std::uint64_t mark = 0x6a6f73746c650009U;
-    static constexpr const char* name = "jostle_responses";
-};
-
 } // namespace jostle::c_api
 
 using namespace jostle;
@@ -190,22 +100,6 @@ using namespace jostle::c_api;
 
 extern "C" {
 
-jostle_status jostle_plan_work(uint64_t items, const jostle_process_options* options, jostle_work_plan* plan,
-                               jostle_error* error)
-{
-    return guarded(error, [&] {
-        const Processing how(options);
-        wanted(plan, "plan") = plan_to_c(plan_work(items, how.options));
-    });
-}
-jostle_status jostle_plan_all_pairs(uint32_t objects, const jostle_process_options* options,
-                                    jostle_work_plan* plan, jostle_error* error)
-{
-    return guarded(error, [&] {
-        const Processing how(options);
-        wanted(plan, "plan") = plan_to_c(plan_all_pairs(objects, how.options));
-    });
-}
 jostle_status jostle_process_items(uint64_t items, jostle_process_items_function process, void* context,
                                    const jostle_process_options* options, jostle_error* error)
 {
@@ -252,124 +146,27 @@ jostle_status jostle_process_blocks(const jostle_blocks* blocks, jostle_process_
             how.options);
     });
 }
-jostle_status jostle_process_all_pairs(uint32_t objects, jostle_process_row_function process, void* context,
-                                       const jostle_process_options* options, jostle_schedule schedule,
-                                       jostle_error* error)
+jostle_status jostle_sum_by_object(jostle_number number, uint32_t width, const uint32_t* objects,
+                                   const void* values, uint64_t count, const jostle_options* options,
+                                   uint32_t object_count, void* sums, jostle_error* error)
 {
     return guarded(error, [&] {
-        wanted_function(process, "process");
-        const Processing how(options);
-        process_all_pairs(
-            objects,
-            [&](const PairRow& row) {
-                agreed(process(context, row.a, row.b_begin, row.b_end, work_to_c(row.work)));
-            },
-            how.options, schedule_of(schedule));
-    });
-}
-
-// --- Responses ---
-
-jostle_status jostle_responses_new(jostle_number number, uint32_t width,
-                                   const jostle_responses_options* options, jostle_responses** out,
-                                   jostle_error* error)
-{
-    return guarded(error, [&] {
-        wanted(out, "out");
-        const jostle_responses_options given = read_options(options, "jostle_responses_options");
-        if (given.form < JOSTLE_AUTOMATIC || given.form > JOSTLE_SPARSE)
-            refuse("there is no form " + std::to_string(given.form));
-        const auto form = static_cast<ResponseForm>(given.form);
-        const CallbackMerge merge{given.merge, given.context};
-        Kept kept = keep(given.common);
+        if (width < 1 || width > 8)
+            refuse("the width is " + std::to_string(width) + ": a response is 1 to 8 numbers");
+        const Summands summands{objects, values, count, object_count, sums};
+        const Kept kept = keep(options);
         switch (number) {
         case JOSTLE_FLOAT:
-            return hand_out(out, responses_of<float>(width, std::move(kept), form, merge));
+            return summands.add_up_rows<float>(width, kept);
         case JOSTLE_DOUBLE:
-            return hand_out(out, responses_of<double>(width, std::move(kept), form, merge));
+            return summands.add_up_rows<double>(width, kept);
         case JOSTLE_INT64:
-            return hand_out(out, responses_of<std::int64_t>(width, std::move(kept), form, merge));
+            return summands.add_up_rows<std::int64_t>(width, kept);
         default:
             refuse("number is " + std::to_string(number) +
                    ": it must be JOSTLE_FLOAT, JOSTLE_DOUBLE or JOSTLE_INT64");
         }
     });
-}
-jostle_status jostle_responses_free(jostle_responses* responses, jostle_error* error)
-{
-    return guarded(error, [&] { release(responses); });
-}
-jostle_status jostle_responses_start(jostle_responses* responses, uint32_t objects,
-                                     const jostle_work_plan* plan, jostle_error* error)
-{
-    return guarded(error, [&] {
-        ResponsesContent& content = open(responses);
-        const jostle_work_plan& given = wanted(plan, "plan");
-        content.start(objects, {given.items, given.block_items, given.blocks, given.slots});
-    });
-}
-jostle_status jostle_responses_add(jostle_responses* responses, jostle_work work, uint64_t count,
-                                   const uint32_t* objects, const void* values, jostle_error* error)
-{
-    return guarded(error, [&] {
-        ResponsesContent& content = open(responses);
-        check_objects(objects, count, content.objects);
-        content.add({work.slot, work.block}, count, objects,
-                    wanted_array_of<unsigned char>(values, count * content.value_size, "values"));
-    });
-}
-jostle_status jostle_responses_merge(jostle_responses* responses, jostle_apply_function apply, void* context,
-                                     const void** values, uint64_t* count, jostle_error* error)
-{
-    return guarded(error, [&] {
-        ResponsesContent& content = open(responses);
-        wanted(values, "values");
-        wanted(count, "count");
-        *values = content.merge(apply, context);
-        *count = content.objects;
-    });
-}
-jostle_status jostle_responses_sum(jostle_responses* responses, uint32_t object_count,
-                                   const uint32_t* objects, const void* values, uint64_t count,
-                                   const void** sums, jostle_error* error)
-{
-    return guarded(error, [&] {
-        ResponsesContent& content = open(responses);
-        wanted(sums, "sums");
-        check_objects(objects, count, object_count);
-        const auto* const bytes =
-            wanted_array_of<unsigned char>(values, count * content.value_size, "values");
-        ProcessOptions options;
-        options.executor = content.kept.executor.get();
-        content.start(object_count, plan_work(count, options));
-        process_items(
-            count,
-            [&](std::uint64_t begin, std::uint64_t end, Work work) {
-                content.add(work, end - begin, objects + begin, bytes + begin * content.value_size);
-            },
-            options);
-        *sums = content.merge(nullptr, nullptr);
-    });
-}
-jostle_status jostle_responses_form(const jostle_responses* responses, jostle_response_form* form,
-                                    jostle_error* error)
-{
-    return guarded(error, [&] {
-        const ResponsesContent& content = open(responses);
-        wanted(form, "form") = static_cast<jostle_response_form>(content.form());
-    });
-}
-jostle_status jostle_responses_bytes_reserved(const jostle_responses* responses, uint64_t* bytes,
-                                              jostle_error* error)
-{
-    return guarded(error, [&] {
-        const ResponsesContent& content = open(responses);
-        wanted(bytes, "bytes") = content.bytes_reserved();
-    });
-}
-jostle_status jostle_responses_release_memory(jostle_responses* responses, jostle_error* error)
-{
-    return guarded(error, [&] { open(responses).release_memory(); });
 }
 
 } // extern "C"

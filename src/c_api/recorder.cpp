@@ -79,13 +79,5 @@ jostle_status jostle_recorder_close(jostle_recorder* recorder, jostle_error* err
         });
     });
 }
-jostle_status jostle_recorder_frames(const jostle_recorder* recorder, uint64_t* frames, jostle_error* error)
-{
-    return guarded(error, [&] {
-        const RecorderContent& content = open(recorder);
-        std::uint64_t& out = wanted(frames, "frames");
-        const_cast<RecorderContent&>(content).on([&](const auto& typed) { out = typed.frames(); });
-    });
-}
 
 } // extern "C"

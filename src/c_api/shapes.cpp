@@ -36,22 +36,6 @@ void hand_out_shape(jostle_shape** out, Shape<Dim> shape, std::shared_ptr<const 
     hand_out(out, std::move(content));
 }
 
-/// make(hull) is the shape.
-template <class Make>
-void hand_out_hull(jostle_space space, const void* points, std::uint64_t count, jostle_shape** out,
-                   const Make& make)
-{
-    in_space(space, [&](auto in) {
-        constexpr int dim = decltype(in)::dim;
-        using Point = Vec<dim, typename decltype(in)::T>;
-        auto owned = std::make_shared<Owned<dim>>();
-        owned->hull.emplace(
-            std::span(wanted_array_of<Point>(points, count, "points"), static_cast<std::size_t>(count)));
-        const Shape<dim> shape = make(*owned->hull);
-        hand_out_shape<dim>(out, shape, std::move(owned));
-    });
-}
-
 /// Makes room for `count` more shapes, of which `owning`, counted from the first, may point to something.
 template <int Dim>
 void make_room(ManyShapes<Dim>& many, std::uint64_t count, std::uint64_t owning)
@@ -108,22 +92,15 @@ jostle_status jostle_shape_capsule(int32_t dim, double half_length, double radiu
                       [&](auto in) { hand_out_shape<in()>(out, Shape<in()>::capsule(half_length, radius)); });
     });
 }
-jostle_status jostle_shape_box(int32_t dim, const double* half, jostle_shape** out, jostle_error* error)
+jostle_status jostle_shape_box(int32_t dim, const double* half, double radius, jostle_shape** out,
+                               jostle_error* error)
 {
     return guarded(error, [&] {
         wanted(out, "out");
         in_dimensions(dim, [&](auto in) {
-            hand_out_shape<in()>(out, Shape<in()>::box(vector_of<in()>(half, "half")));
-        });
-    });
-}
-jostle_status jostle_shape_rounded_box(int32_t dim, const double* half, double radius, jostle_shape** out,
-                                       jostle_error* error)
-{
-    return guarded(error, [&] {
-        wanted(out, "out");
-        in_dimensions(dim, [&](auto in) {
-            hand_out_shape<in()>(out, Shape<in()>::rounded_box(vector_of<in()>(half, "half"), radius));
+            const auto edges = vector_of<in()>(half, "half");
+            hand_out_shape<in()>(out, radius == 0 ? Shape<in()>::box(edges)
+                                                  : Shape<in()>::rounded_box(edges, radius));
         });
     });
 }
@@ -161,33 +138,25 @@ jostle_status jostle_shape_half_space(int32_t dim, const double* normal, double 
         });
     });
 }
-jostle_status jostle_shape_hull(jostle_space space, const void* points, uint64_t count, jostle_shape** out,
-                                jostle_error* error)
+jostle_status jostle_shape_hull(jostle_space space, const void* points, uint64_t count, double radius,
+                                jostle_shape** out, jostle_error* error)
 {
     return guarded(error, [&] {
         wanted(out, "out");
-        hand_out_hull(space, points, count, out, [](const auto& hull) { return Shape(hull); });
-    });
-}
-jostle_status jostle_shape_rounded_hull(jostle_space space, const void* points, uint64_t count, double radius,
-                                        jostle_shape** out, jostle_error* error)
-{
-    return guarded(error, [&] {
-        wanted(out, "out");
-        hand_out_hull(space, points, count, out, [&]<int Dim>(const ConvexHull<Dim>& hull) {
-            return Shape<Dim>::rounded_hull(hull, radius);
+        in_space(space, [&](auto in) {
+            constexpr int dim = decltype(in)::dim;
+            using Point = Vec<dim, typename decltype(in)::T>;
+            auto owned = std::make_shared<Owned<dim>>();
+            const ConvexHull<dim>& hull = owned->hull.emplace(
+                std::span(wanted_array_of<Point>(points, count, "points"), static_cast<std::size_t>(count)));
+            const Shape<dim> shape = radius == 0 ? Shape<dim>(hull) : Shape<dim>::rounded_hull(hull, radius);
+            hand_out_shape<dim>(out, shape, std::move(owned));
         });
     });
 }
 jostle_status jostle_shape_mesh(jostle_space space, const void* vertices, uint64_t vertex_count,
-                                const uint32_t* elements, uint64_t element_count, jostle_shape** out,
-                                jostle_error* error)
-{
-    return jostle_shape_welded_mesh(space, vertices, vertex_count, elements, element_count, 0, out, error);
-}
-jostle_status jostle_shape_welded_mesh(jostle_space space, const void* vertices, uint64_t vertex_count,
-                                       const uint32_t* elements, uint64_t element_count, double weld,
-                                       jostle_shape** out, jostle_error* error)
+                                const uint32_t* elements, uint64_t element_count, double weld,
+                                jostle_shape** out, jostle_error* error)
 {
     return guarded(error, [&] {
         wanted(out, "out");
@@ -201,7 +170,7 @@ jostle_status jostle_shape_welded_mesh(jostle_space space, const void* vertices,
                                 std::span(wanted_array_of<Element>(static_cast<const void*>(elements),
                                                                    element_count, "elements"),
                                           static_cast<std::size_t>(element_count)),
-                                MeshOptions{weld});
+                                weld);
             const Shape<dim> shape(*owned->mesh);
             hand_out_shape<dim>(out, shape, std::move(owned));
         });
@@ -509,8 +478,8 @@ jostle_status jostle_bounds(jostle_space space, const jostle_objects* objects, d
             const auto given = objects_of<Objects, dim, T>(objects, "objects");
             const std::size_t count = given.shapes.size();
             auto* const out = wanted_array_of<Aabb<dim, T>>(boxes, count, "boxes");
-            bounds<dim, T>(given, std::span(out, count), static_cast<T>(margin),
-                           kept == nullptr ? serial_executor() : *kept);
+            bounds(given, std::span(out, count), static_cast<T>(margin),
+                   kept == nullptr ? serial_executor() : *kept);
         });
     });
 }

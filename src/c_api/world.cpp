@@ -48,13 +48,6 @@ jostle_status jostle_world_free(jostle_world* world, jostle_error* error)
 {
     return guarded(error, [&] { release(world); });
 }
-jostle_status jostle_world_space(const jostle_world* world, jostle_space* space, jostle_error* error)
-{
-    return guarded(error, [&] {
-        const WorldContent& content = open(world);
-        wanted(space, "space") = content.space;
-    });
-}
 
 jostle_status jostle_world_update(jostle_world* world, jostle_error* error)
 {

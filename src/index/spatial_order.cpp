@@ -56,7 +56,8 @@ void sort_further(index::KeyOrder<Dim, T>& order, std::size_t begin, std::size_t
 } // namespace
 
 template <int Dim, Coordinate T>
-void spatial_order(const BoxView<Dim, T>& boxes, std::span<std::uint32_t> order, const FinderOptions& options)
+void detail::write_spatial_order(const BoxView<Dim, T>& boxes, std::span<std::uint32_t> order,
+                                 const FinderOptions& options)
 {
     if (boxes.size() > std::numeric_limits<std::uint32_t>::max())
         throw Error(ErrorCode::too_many_objects,
@@ -109,8 +110,8 @@ void detail::check_order(std::span<const std::uint32_t> order)
 }
 
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
-    template JOSTLE_API void spatial_order(const BoxView<Dim, T>&, std::span<std::uint32_t>,                 \
-                                           const FinderOptions&);
+    template JOSTLE_API void detail::write_spatial_order(const BoxView<Dim, T>&, std::span<std::uint32_t>,   \
+                                                         const FinderOptions&);
 JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 

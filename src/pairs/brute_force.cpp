@@ -7,7 +7,7 @@
 JOSTLE_NAMESPACE_BEGIN
 
 template <int Dim, Coordinate T>
-std::vector<Pair> find_pairs_brute_force(const BoxView<Dim, T>& boxes, const Filter& filter)
+std::vector<Pair> detail::brute_force(const BoxView<Dim, T>& boxes, const Filter& filter)
 {
     check_boxes(boxes);
     check_filter(filter, boxes.size());
@@ -20,9 +20,9 @@ std::vector<Pair> find_pairs_brute_force(const BoxView<Dim, T>& boxes, const Fil
     return pairs;
 }
 
-template <int Dim, Coordinate T, std::same_as<BoxView<Dim, T>> View>
-std::vector<Pair> find_pairs_brute_force(const BoxView<Dim, T>& boxes_a, const View& boxes_b,
-                                         const CrossFilter& filter)
+template <int Dim, Coordinate T>
+std::vector<Pair> detail::brute_force(const BoxView<Dim, T>& boxes_a, const BoxView<Dim, T>& boxes_b,
+                                      const CrossFilter& filter)
 {
     check_boxes_of(boxes_a, "a ");
     check_boxes_of(boxes_b, "b ");
@@ -38,9 +38,9 @@ std::vector<Pair> find_pairs_brute_force(const BoxView<Dim, T>& boxes_a, const V
 
 // JOSTLE_API again: g++ hides a function with a template argument that has none, as BoxView.
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
-    template JOSTLE_API std::vector<Pair> find_pairs_brute_force(const BoxView<Dim, T>&, const Filter&);     \
-    template JOSTLE_API std::vector<Pair> find_pairs_brute_force(                                            \
-        const BoxView<Dim, T>&, const BoxView<Dim, T>&, const CrossFilter&);
+    template JOSTLE_API std::vector<Pair> detail::brute_force(const BoxView<Dim, T>&, const Filter&);        \
+    template JOSTLE_API std::vector<Pair> detail::brute_force(const BoxView<Dim, T>&,                        \
+                                                              const BoxView<Dim, T>&, const CrossFilter&);
 JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 

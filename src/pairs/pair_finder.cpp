@@ -311,49 +311,49 @@ void PairFinder::release_memory() noexcept
 }
 
 template <int Dim, Coordinate T>
-const PairBuffer& PairFinder::find(const BoxView<Dim, T>& boxes, const Filter& filter, Order order) &
+const PairBuffer& PairFinder::found(const BoxView<Dim, T>& boxes, const Filter& filter, Order order)
 {
     return implementation_->store(engine::Boxes<Dim, T>{boxes, {}, false}, filter, order);
 }
 
-template <int Dim, Coordinate T, std::same_as<BoxView<Dim, T>> View>
-const PairBuffer& PairFinder::find(const BoxView<Dim, T>& a, const View& b, const CrossFilter& filter,
-                                   Order order) &
+template <int Dim, Coordinate T>
+const PairBuffer& PairFinder::found(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b,
+                                    const CrossFilter& filter, Order order)
 {
     return implementation_->store(engine::Boxes<Dim, T>{a, b, true}, filter, order);
 }
 
 template <int Dim, Coordinate T>
-const ScenePairs& PairFinder::find_scenes(const BoxView<Dim, T>& boxes,
-                                          std::span<const std::uint64_t> offsets, const SceneFilter& filter) &
+const ScenePairs& PairFinder::scenes_found(const BoxView<Dim, T>& boxes,
+                                           std::span<const std::uint64_t> offsets, const SceneFilter& filter)
 {
     return implementation_->find_scenes(boxes, offsets, filter);
 }
 
 template <int Dim, Coordinate T>
-bool PairFinder::stream(const BoxView<Dim, T>& boxes, PairSink sink, const Filter& filter)
+bool PairFinder::streamed(const BoxView<Dim, T>& boxes, PairSink sink, const Filter& filter)
 {
     check_sink(sink);
     return implementation_->stream(engine::Boxes<Dim, T>{boxes, {}, false}, sink, filter);
 }
 
 template <int Dim, Coordinate T>
-bool PairFinder::stream(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b, PairSink sink,
-                        const CrossFilter& filter)
+bool PairFinder::streamed(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b, PairSink sink,
+                          const CrossFilter& filter)
 {
     check_sink(sink);
     return implementation_->stream(engine::Boxes<Dim, T>{a, b, true}, sink, filter);
 }
 
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
-    template const PairBuffer& PairFinder::find(const BoxView<Dim, T>&, const Filter&, Order)&;              \
-    template const PairBuffer& PairFinder::find(const BoxView<Dim, T>&, const BoxView<Dim, T>&,              \
-                                                const CrossFilter&, Order)&;                                 \
-    template const ScenePairs& PairFinder::find_scenes(const BoxView<Dim, T>&,                               \
-                                                       std::span<const std::uint64_t>, const SceneFilter&)&; \
-    template bool PairFinder::stream(const BoxView<Dim, T>&, PairSink, const Filter&);                       \
-    template bool PairFinder::stream(const BoxView<Dim, T>&, const BoxView<Dim, T>&, PairSink,               \
-                                     const CrossFilter&);                                                    \
+    template const PairBuffer& PairFinder::found(const BoxView<Dim, T>&, const Filter&, Order);              \
+    template const PairBuffer& PairFinder::found(const BoxView<Dim, T>&, const BoxView<Dim, T>&,             \
+                                                 const CrossFilter&, Order);                                 \
+    template const ScenePairs& PairFinder::scenes_found(const BoxView<Dim, T>&,                              \
+                                                        std::span<const std::uint64_t>, const SceneFilter&); \
+    template bool PairFinder::streamed(const BoxView<Dim, T>&, PairSink, const Filter&);                     \
+    template bool PairFinder::streamed(const BoxView<Dim, T>&, const BoxView<Dim, T>&, PairSink,             \
+                                       const CrossFilter&);                                                  \
     template void PairFinderAccess::find(PairFinder&, const BoxView<Dim, T>&, Selection, PairBuffer&);       \
     template void PairFinderAccess::find(PairFinder&, const BoxView<Dim, T>&, const BoxView<Dim, T>&,        \
                                          Selection, PairBuffer&);

@@ -135,7 +135,7 @@ struct PeriodicImages<Dim, T>::Implementation
         }
     };
 
-    explicit Implementation(const PeriodicOptions& given)
+    explicit Implementation(const FinderOptions& given)
         : options(given),
           boxes((check_memory(given.memory), given.memory)),
           origin(given.memory),
@@ -149,7 +149,7 @@ struct PeriodicImages<Dim, T>::Implementation
     {
     }
 
-    PeriodicOptions options;
+    FinderOptions options;
     std::atomic<bool> in_use{false};
     std::size_t originals = 0;
     std::pmr::vector<Box> boxes;
@@ -449,7 +449,7 @@ struct PeriodicImages<Dim, T>::Implementation
 };
 
 template <int Dim, Coordinate T>
-PeriodicImages<Dim, T>::PeriodicImages(const PeriodicOptions& options)
+PeriodicImages<Dim, T>::PeriodicImages(const FinderOptions& options)
     : implementation_(std::make_unique<Implementation>(options))
 {
 }

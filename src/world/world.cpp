@@ -147,15 +147,10 @@ ObjectId World<Dim, T>::add(const Box& box, const Options& options)
 }
 
 template <int Dim, Coordinate T>
-void World<Dim, T>::add(const Boxes& boxes, std::span<ObjectId> ids, const Options& options)
+void World<Dim, T>::add_many(const Boxes& boxes, std::span<ObjectId> ids, std::span<const Options> options,
+                             bool one_each)
 {
-    implementation_->add(boxes, ids, {&options, 1}, false);
-}
-
-template <int Dim, Coordinate T>
-void World<Dim, T>::add_each(const Boxes& boxes, std::span<ObjectId> ids, std::span<const Options> options)
-{
-    implementation_->add(boxes, ids, options, true);
+    implementation_->add(boxes, ids, options, one_each);
 }
 
 template <int Dim, Coordinate T>

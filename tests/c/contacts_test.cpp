@@ -42,8 +42,8 @@ class CShapes : public CTwin
                     vertices[] = {-2, 0, 1, 2, 0, 1, 0, 1, -3, 0, 4, 0};
         const std::uint32_t elements[] = {0, 1, 2, 1, 3, 2};
         jostle_shape *box = nullptr, *of_points = nullptr;
-        EXPECT_EQ(jostle_shape_box(3, half, &box, &error), JOSTLE_OK);
-        EXPECT_EQ(jostle_shape_hull(JOSTLE_3F, points, 5, &of_points, &error), JOSTLE_OK);
+        EXPECT_EQ(jostle_shape_box(3, half, 0, &box, &error), JOSTLE_OK);
+        EXPECT_EQ(jostle_shape_hull(JOSTLE_3F, points, 5, 0, &of_points, &error), JOSTLE_OK);
         const jostle_shape* const children[] = {box, of_points};
         const auto keep = [&](const jostle::Shape3& shape, auto make) {
             jostle_shape* made = nullptr;
@@ -65,15 +65,16 @@ class CShapes : public CTwin
         keep(jostle::Shape3::capsule(2, 0.25),
              [&](auto out) { return jostle_shape_capsule(3, 2, 0.25, out, &error); });
         keep(jostle::Shape3::box({1, 0.5, 2}),
-             [&](auto out) { return jostle_shape_box(3, half, out, &error); });
+             [&](auto out) { return jostle_shape_box(3, half, 0, out, &error); });
         keep(jostle::Shape3::half_space({1, 2, -2}, -0.5),
              [&](auto out) { return jostle_shape_half_space(3, normal, -0.5, out, &error); });
         keep(jostle::Shape3(hull),
-             [&](auto out) { return jostle_shape_hull(JOSTLE_3F, points, 5, out, &error); });
-        keep(jostle::Shape3(mesh),
-             [&](auto out) { return jostle_shape_mesh(JOSTLE_3F, vertices, 4, elements, 2, out, &error); });
+             [&](auto out) { return jostle_shape_hull(JOSTLE_3F, points, 5, 0, out, &error); });
+        keep(jostle::Shape3(mesh), [&](auto out) {
+            return jostle_shape_mesh(JOSTLE_3F, vertices, 4, elements, 2, 0, out, &error);
+        });
         keep(jostle::Shape3(welded), [&](auto out) {
-            return jostle_shape_welded_mesh(JOSTLE_3F, vertices, 4, elements, 2, 4, out, &error);
+            return jostle_shape_mesh(JOSTLE_3F, vertices, 4, elements, 2, 4, out, &error);
         });
         keep(jostle::Shape3(field), [&](auto out) {
             return jostle_shape_height_field(JOSTLE_3F, heights.data(), 3, 2, 0.5, 2, 4, out, &error);
@@ -292,7 +293,7 @@ TEST_F(CShapes, OfOnePairMeetAsTheirTwinsDo)
 {
     jostle_shape *box = nullptr, *capsule = nullptr;
     const double half[] = {1, 0.5, 2};
-    OK(jostle_shape_box(3, half, &box, &error));
+    OK(jostle_shape_box(3, half, 0, &box, &error));
     OK(jostle_shape_capsule(3, 2, 0.25, &capsule, &error));
     Random random(7);
     int touched = 0;

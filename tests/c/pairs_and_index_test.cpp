@@ -262,7 +262,7 @@ struct ManyShapes
                 break;
             case 1:
                 cpp.push_back(jostle::Shape3::box({size, 0.2, 0.3}));
-                EXPECT_EQ(jostle_shape_box(3, half, &one, &error), JOSTLE_OK);
+                EXPECT_EQ(jostle_shape_box(3, half, 0, &one, &error), JOSTLE_OK);
                 break;
             default:
                 cpp.push_back(jostle::Shape3::capsule(size, 0.1));

@@ -59,8 +59,15 @@ TEST_F(CRefusals, ExecutorsHaveThreads)
     OK(jostle_executor_concurrency(executor, &threads, &error));
     EXPECT_EQ(threads, 3u);
     std::vector<int> ran(100);
-    const auto task = [](void* context, std::uint32_t i) { ++(*static_cast<std::vector<int>*>(context))[i]; };
-    OK(jostle_executor_run(executor, 100, task, &ran, &error));
+    const auto task = [](void* context, std::uint64_t i, std::uint64_t, jostle_work work) -> std::int32_t {
+        EXPECT_LT(work.slot, 3u);
+        ++(*static_cast<std::vector<int>*>(context))[i];
+        return 0;
+    };
+    auto process = options_of<jostle_process_options>();
+    process.executor = executor;
+    process.block_items = 1;
+    OK(jostle_process_items(100, task, &ran, &process, &error));
     EXPECT_EQ(ran, std::vector<int>(100, 1));
     const auto run = [](void*, std::uint32_t, void (*)(void*, std::uint32_t), void*) -> std::int32_t {
         return 1;
@@ -375,30 +382,6 @@ TEST_F(CRefusals, HandlesAreNotChangedInTheirOwnCallbacks)
     EXPECT_EQ(lists.count, static_cast<std::uint64_t>(calls));
     called("the same results");
 
-    auto responses_options = options_of<jostle_responses_options>();
-    responses_options.common = &options;
-    OK(jostle_responses_new(JOSTLE_DOUBLE, 1, &responses_options, &responses, &error));
-    auto process_options = options_of<jostle_process_options>();
-    process_options.executor = executor;
-    jostle_work_plan plan{};
-    OK(jostle_plan_work(1, &process_options, &plan, &error));
-    const double value = 7;
-    const void* sums = nullptr;
-    std::uint64_t count = 0;
-    for (const auto& each : std::initializer_list<std::function<jostle_status()>>{
-             [&] { return jostle_responses_release_memory(responses, &inner); },
-             [&] { return jostle_responses_start(responses, 5, &plan, &inner); },
-             [&] { return jostle_responses_sum(responses, 1, &id, &value, 1, &sums, &inner); }}) {
-        change = each;
-        OK(jostle_responses_start(responses, 1, &plan, &error));
-        OK(jostle_responses_add(responses, {0, 0}, 1, &id, &value, &error));
-        const auto apply = [](void*, std::uint32_t, std::uint32_t, const void*) { do_it(); };
-        OK(jostle_responses_merge(responses, apply, nullptr, &sums, &count, &error));
-        ASSERT_EQ(count, 1u);
-        EXPECT_EQ(*static_cast<const double*>(sums), 7);
-        called("a change of the responses");
-    }
-
     jostle_shape *own = nullptr, *ball = nullptr;
     jostle_shapes* shapes = nullptr;
     const auto support = [](void*, const double*, double* point) {
@@ -433,7 +416,7 @@ TEST_F(CRefusals, PointsAreNamed)
     const std::uint32_t sides[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
     jostle_shape* mesh = nullptr;
     jostle_closed_mesh* solid = nullptr;
-    OK(jostle_shape_mesh(JOSTLE_3D, corners, 4, sides[0], 4, &mesh, &error));
+    OK(jostle_shape_mesh(JOSTLE_3D, corners, 4, sides[0], 4, 0, &mesh, &error));
     OK(jostle_closed_mesh_new(mesh, &solid, &error));
     const double points[3][3] = {{1, 1, 1}, {9, 9, 9}, {0, 1e61, 0}};
     std::int32_t numbers[3] = {};
@@ -458,22 +441,11 @@ TEST_F(CRefusals, ShapesAndWork)
     const double triangle[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
     const std::uint32_t element[3] = {0, 1, 2};
     jostle_shape* mesh = nullptr;
-    OK(jostle_shape_mesh(JOSTLE_3D, triangle, 3, element, 1, &mesh, &error));
+    OK(jostle_shape_mesh(JOSTLE_3D, triangle, 3, element, 1, 0, &mesh, &error));
     refused(jostle_shape_face(mesh, 1, &face, &count, &error), "the mesh has 1 faces, and none of number 1");
     OK(jostle_shape_face_count(mesh, &count, &error));
     EXPECT_EQ(count, 1u);
     OK(jostle_shape_free(mesh, &error));
-
-    const auto row = [](void*, std::uint32_t, std::uint32_t, std::uint32_t, jostle_work) -> std::int32_t {
-        return 1;
-    };
-    refused(jostle_process_all_pairs(3, row, nullptr, nullptr, 99, &error), "no schedule 99");
-    auto options = options_of<jostle_responses_options>();
-    for (const jostle_response_form form : {-1, 99}) {
-        options.form = form;
-        refused(jostle_responses_new(JOSTLE_DOUBLE, 1, &options, &responses, &error),
-                "no form " + std::to_string(form));
-    }
 }
 
 } // namespace

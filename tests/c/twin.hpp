@@ -95,7 +95,6 @@ class CTwin : public testing::Test
         jostle_world_free(world, nullptr);
         jostle_index_free(index, nullptr);
         jostle_finder_free(finder, nullptr);
-        jostle_responses_free(responses, nullptr);
         jostle_contact_finder_free(contact_finder, nullptr);
         jostle_shapes_free(shapes, nullptr);
         jostle_shapes_free(more_shapes, nullptr);
@@ -120,7 +119,6 @@ class CTwin : public testing::Test
     jostle_world* world = nullptr;
     jostle_index* index = nullptr;
     jostle_finder* finder = nullptr;
-    jostle_responses* responses = nullptr;
     jostle_contact_finder* contact_finder = nullptr;
     jostle_shapes *shapes = nullptr, *more_shapes = nullptr;
     jostle_executor* executor = nullptr;

@@ -230,9 +230,6 @@ TEST(BadArgument, IsAnErrorAndNotACrash)
     EXPECT_EQ(static_cast<std::uint64_t>(refused), all);
     EXPECT_EQ(finder.find(boxes).size(), all);
     expect(ErrorCode::invalid_argument, [] {
-        jostle::process_all_pairs(10, [](const Pair&, jostle::Work) {}, {}, static_cast<jostle::Schedule>(7));
-    });
-    expect(ErrorCode::invalid_argument, [] {
         jostle::ResponsesOptions options;
         options.form = static_cast<jostle::ResponseForm>(7);
         jostle::Responses<int>{options};

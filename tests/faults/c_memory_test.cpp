@@ -75,7 +75,6 @@ class Sequence
         (void)jostle_shapes_free(shapes, nullptr);
         (void)jostle_shape_free(hull, nullptr);
         (void)jostle_contact_finder_free(contacts, nullptr);
-        (void)jostle_responses_free(responses, nullptr);
         (void)jostle_images_free(images, nullptr);
     }
 
@@ -86,7 +85,6 @@ class Sequence
     jostle_shapes* shapes = nullptr;
     jostle_shape* hull = nullptr;
     jostle_contact_finder* contacts = nullptr;
-    jostle_responses* responses = nullptr;
     jostle_images* images = nullptr;
     std::uint64_t pairs = 0, answers = 0, touching = 0, saved = 0;
 
@@ -100,9 +98,6 @@ class Sequence
         jostle_world_options of_world{};
         of_world.struct_size = sizeof of_world;
         of_world.common = &options_;
-        jostle_responses_options of_responses{};
-        of_responses.struct_size = sizeof of_responses;
-        of_responses.common = &options_;
         switch (which) {
         case 0:
             return jostle_results_new(&options_, &results, error);
@@ -147,7 +142,7 @@ class Sequence
                 if (status != JOSTLE_OK) return status;
             }
             if (hull == nullptr) {
-                const jostle_status status = jostle_shape_hull(JOSTLE_3D, corners, 5, &hull, error);
+                const jostle_status status = jostle_shape_hull(JOSTLE_3D, corners, 5, 0, &hull, error);
                 if (status != JOSTLE_OK) return status;
             }
             return jostle_shapes_add(shapes, hull, 3, error);
@@ -166,13 +161,8 @@ class Sequence
             return jostle_contact_finder_find(contacts, &bodies, nullptr, &all, 0, &found, error);
         }
         case 18: {
-            if (responses == nullptr) {
-                const jostle_status status =
-                    jostle_responses_new(JOSTLE_DOUBLE, 1, &of_responses, &responses, error);
-                if (status != JOSTLE_OK) return status;
-            }
-            const void* sums = nullptr;
-            return jostle_responses_sum(responses, 3, objects, values, 5, &sums, error);
+            double sums[3];
+            return jostle_sum_by_object(JOSTLE_DOUBLE, 1, objects, values, 5, &options_, 3, sums, error);
         }
         default:
             if (images == nullptr) {
@@ -263,8 +253,8 @@ TEST(Shapes, AddedOneByOneAreSeldomCopied)
     const double corners[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}, half[3] = {1, 1, 1};
     jostle_shape *hull = nullptr, *box = nullptr;
     jostle_shapes* shapes = nullptr;
-    ASSERT_EQ(jostle_shape_hull(JOSTLE_3D, corners, 4, &hull, nullptr), JOSTLE_OK);
-    ASSERT_EQ(jostle_shape_box(3, half, &box, nullptr), JOSTLE_OK);
+    ASSERT_EQ(jostle_shape_hull(JOSTLE_3D, corners, 4, 0, &hull, nullptr), JOSTLE_OK);
+    ASSERT_EQ(jostle_shape_box(3, half, 0, &box, nullptr), JOSTLE_OK);
     ASSERT_EQ(jostle_shapes_new(3, &shapes, nullptr), JOSTLE_OK);
     fail_after(100);
     jostle_status status = JOSTLE_OK;

@@ -56,7 +56,7 @@ struct File
         bytes.resize(bytes.size() + words, 'x');
         std::uint64_t sum = 0xcbf29ce484222325u;
         for (const std::uint8_t byte : bytes)
-            sum = jostle::Recorder<3, float>::add_to_sum(sum, byte);
+            sum = jostle::detail::add_to_sum(sum, byte);
         put(bytes, lie(sum));
         for (std::uint32_t k = 0; k < frame_count; ++k) {
             const std::uint32_t count = plain ? in.below(objects + 1) : objects;
@@ -75,13 +75,12 @@ struct File
     template <class Lie>
     void put_plain(const Bytes& frame, std::uint32_t count, const Lie& lie)
     {
-        using Record = jostle::Recorder<3, float>;
         put(bytes, count);
-        std::uint64_t sum = Record::start_of_sum(count);
+        std::uint64_t sum = jostle::detail::start_of_sum(count);
         for (std::size_t at = 0; at < frame.size(); at += coordinate_bytes) {
             std::uint64_t bits = 0;
             std::memcpy(&bits, frame.data() + at, coordinate_bytes); // little-endian, as who runs fuzzers is
-            sum = Record::add_to_sum(sum, bits);
+            sum = jostle::detail::add_to_sum(sum, bits);
         }
         bytes.insert(bytes.end(), frame.begin(), frame.end());
         put(bytes, lie(sum));

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <map>
 #include <mutex>
+#include <span>
 #include <stdexcept>
 #include <thread>
 
@@ -17,7 +18,6 @@ namespace {
 using jostle::Pair;
 using jostle::PairBatch;
 using jostle::ProcessOptions;
-using jostle::Schedule;
 using jostle::Work;
 using process_test::all_executors;
 
@@ -84,8 +84,6 @@ TEST(ProcessItems, PlansOfHugeWork)
         EXPECT_LT(plan.block_items * (plan.blocks - 1), items);
     }
     EXPECT_EQ(jostle::plan_work(10, with(jostle::serial_executor(), most)).blocks, 1u);
-    EXPECT_EQ(jostle::plan_all_pairs(0).blocks, 0u);
-    EXPECT_EQ(jostle::plan_all_pairs(~0u).items, 4'294'967'295ull * 4'294'967'294u / 2);
 }
 
 TEST(ProcessItems, BlocksAreNumberedFromWhereTheyAreToldTo)
@@ -96,10 +94,6 @@ TEST(ProcessItems, BlocksAreNumberedFromWhereTheyAreToldTo)
     jostle::process_items(
         25, [&](std::uint64_t, std::uint64_t, Work work) { blocks.push_back(work.block); }, options);
     EXPECT_EQ(blocks, (std::vector<std::uint32_t>{7, 8, 9}));
-    blocks.clear();
-    jostle::process_all_pairs(
-        4, [&](const jostle::PairRow& row) { blocks.push_back(row.work.block - row.a); }, options);
-    EXPECT_EQ(blocks, (std::vector<std::uint32_t>{7, 7, 7}));
 
     const jostle::WorkPlan plan = jostle::plan_work(25, options);
     const jostle::WorkPlan both = jostle::plan_both(plan, jostle::plan_work(11, options));
@@ -115,7 +109,6 @@ TEST(ProcessItems, BlocksAreNumberedFromWhereTheyAreToldTo)
     EXPECT_THROW((void)jostle::plan_both(most, plan), jostle::Error);
     options.first_block = ~0u - 2;
     EXPECT_THROW((void)jostle::plan_work(25, options), jostle::Error);
-    EXPECT_THROW((void)jostle::plan_all_pairs(4, options), jostle::Error);
     EXPECT_EQ(jostle::plan_work(20, options).blocks, 2u);
 }
 
@@ -170,15 +163,13 @@ TEST(ProcessPairs, EveryPairOnceInItsPlace)
                 jostle::process_pairs(
                     buffer,
                     [&](const Pair& pair, Work work) {
-                        sum += work.block < plan.blocks ? jostle::pair_checksum({&pair, 1}) : 1;
+                        sum += work.block < plan.blocks ? jostle::pair_checksum(std::span(&pair, 1)) : 1;
                     },
                     options);
                 ASSERT_EQ(sum, jostle::pair_checksum(pairs)) << name;
             }
     }
 }
-
-constexpr Schedule schedules[] = {Schedule::dynamic, Schedule::zigzag, Schedule::equal_blocks};
 
 TEST(ProcessPairs, TakesWhatNeedsThePairAlone)
 {
@@ -189,52 +180,6 @@ TEST(ProcessPairs, TakesWhatNeedsThePairAlone)
         expected += pair.a + 3ull * pair.b;
     EXPECT_EQ(sum, expected);
     EXPECT_GT(sum, 0u);
-}
-
-TEST(ProcessAllPairs, EverySchedulePassesEveryPairOnceInTheSameBlocks)
-{
-    for (const std::uint32_t objects : {0u, 1u, 2u, 3u, 9u, 10u, 64u, 401u})
-        for (const auto& [name, executor] : all_executors())
-            for (const Schedule schedule : schedules) {
-                const ProcessOptions options = with(*executor);
-                const jostle::WorkPlan plan = jostle::plan_all_pairs(objects, options);
-                std::vector<std::vector<Pair>> of_block(plan.blocks);
-                std::atomic<int> bad = 0;
-                jostle::process_all_pairs(
-                    objects,
-                    [&](const Pair& pair, Work work) {
-                        if (work.block != pair.a || work.slot >= plan.slots) ++bad;
-                        of_block[pair.a].push_back(pair);
-                    },
-                    options, schedule);
-                ASSERT_EQ(bad, 0) << name;
-                std::vector<Pair> all, expected;
-                for (const std::vector<Pair>& row : of_block)
-                    all.insert(all.end(), row.begin(), row.end());
-                for (std::uint32_t a = 0; a < objects; ++a)
-                    for (std::uint32_t b = a + 1; b < objects; ++b)
-                        expected.push_back({a, b});
-                ASSERT_EQ(all, expected) << name;
-                std::atomic<std::uint64_t> pairs = 0;
-                jostle::process_all_pairs(
-                    objects, [&](const jostle::PairRow& row) { pairs += row.b_end - row.b_begin; }, options,
-                    schedule);
-                ASSERT_EQ(pairs, plan.items) << name;
-            }
-}
-
-TEST(ProcessAllPairs, StaticSharesAreTheChapters)
-{
-    // The chapter's example: 9 objects on 3 processors.
-    const auto share = [](Schedule schedule) {
-        std::vector<std::uint32_t> shares(3);
-        process_test::ShuffledExecutor three(3);
-        jostle::process_all_pairs(
-            9, [&](const Pair&, Work work) { ++shares[work.slot]; }, with(three), schedule);
-        return shares;
-    };
-    EXPECT_EQ(share(Schedule::equal_blocks), (std::vector<std::uint32_t>{21, 12, 3}));
-    EXPECT_EQ(share(Schedule::zigzag), (std::vector<std::uint32_t>{13, 12, 11}));
 }
 
 TEST(Process, TheLowestBlocksExceptionLeavesTheCall)
@@ -256,18 +201,6 @@ TEST(Process, TheLowestBlocksExceptionLeavesTheCall)
                 ASSERT_EQ(below, 137u) << name;
             }
         }
-        for (const Schedule schedule : schedules)
-            try {
-                jostle::process_all_pairs(
-                    300,
-                    [](const Pair& pair, Work) {
-                        if (pair.a >= 41 && pair.b == 200) throw pair;
-                    },
-                    with(*executor), schedule);
-                FAIL() << name;
-            } catch (const Pair& pair) {
-                EXPECT_EQ(pair, (Pair{41, 200})) << name;
-            }
     }
 }
 
@@ -305,28 +238,14 @@ TEST(Process, OfTwoExceptionsTheLowerBlocksLeavesWhicheverWasFirst)
                 std::this_thread::yield();
             throw block;
         };
-        const auto thrown_by = [&](const auto& call) {
-            inside = 0;
-            executor.ended = 0;
-            try {
-                call();
-            } catch (std::uint32_t block) {
-                return block;
-            }
-            return ~0u;
-        };
-        const auto items = [&] {
+        std::uint32_t thrown = ~0u;
+        try {
             jostle::process_items(
                 2, [&](std::uint64_t, std::uint64_t, Work work) { fail(work.block); }, with(executor, 1));
-        };
-        EXPECT_EQ(thrown_by(items), 0u) << "block " << first_to_throw << " threw first";
-        for (const Schedule schedule : schedules) {
-            const auto all_pairs = [&] {
-                jostle::process_all_pairs(
-                    3, [&](const jostle::PairRow& row) { fail(row.a); }, with(executor), schedule);
-            };
-            EXPECT_EQ(thrown_by(all_pairs), 0u) << "row " << first_to_throw << " threw first";
+        } catch (std::uint32_t block) {
+            thrown = block;
         }
+        EXPECT_EQ(thrown, 0u) << "block " << first_to_throw << " threw first";
     }
 }
 

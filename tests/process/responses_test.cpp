@@ -343,30 +343,30 @@ TEST(Responses, LongBlocksInAnyOrder)
     expect_same_bits(responses.merge(), truth, "sparse");
 }
 
-TEST(Responses, AllPairsBySchedule)
+TEST(Responses, UnevenBlocksOnEveryExecutor)
 {
     constexpr std::uint32_t objects = 300;
     std::vector<Impulse> truth;
-    for (const auto& [name, executor] : all_executors())
-        for (const jostle::Schedule schedule :
-             {jostle::Schedule::dynamic, jostle::Schedule::zigzag, jostle::Schedule::equal_blocks}) {
-            ProcessOptions process;
-            process.executor = executor.get();
-            ResponsesOptions options;
-            options.executor = executor.get();
-            Responses<Impulse> responses(options);
-            responses.start(objects, jostle::plan_all_pairs(objects, process));
-            jostle::process_all_pairs(
-                objects,
-                [&](const Pair& pair, Work work) {
-                    responses.add(work, pair.a, impulse_of(pair.a, pair.b));
-                    responses.add(work, pair.b, impulse_of(pair.b, pair.a));
-                },
-                process, schedule);
-            const auto merged = responses.merge();
-            if (truth.empty()) truth.assign(merged.begin(), merged.end());
-            expect_same_bits(merged, truth, name);
-        }
+    for (const auto& [name, executor] : all_executors()) {
+        const ProcessOptions process{.executor = executor.get(), .block_items = 1};
+        ResponsesOptions options;
+        options.executor = executor.get();
+        Responses<Impulse> responses(options);
+        responses.start(objects, jostle::plan_work(objects, process));
+        jostle::process_items(
+            objects,
+            [&](std::uint64_t first, std::uint64_t, Work work) {
+                const auto a = static_cast<std::uint32_t>(first);
+                for (std::uint32_t b = a + 1; b < objects; ++b) {
+                    responses.add(work, a, impulse_of(a, b));
+                    responses.add(work, b, impulse_of(b, a));
+                }
+            },
+            process);
+        const auto merged = responses.merge();
+        if (truth.empty()) truth.assign(merged.begin(), merged.end());
+        expect_same_bits(merged, truth, name);
+    }
 }
 
 TEST(Responses, AWrongNumberIsAnErrorThatNamesIt)
@@ -464,7 +464,7 @@ TEST(ResponsesMemory, TheSmallerFormIsChosen)
     EXPECT_EQ(responses.form(), ResponseForm::sparse);
 
     Responses<Impulse> all_pairs; // dense would want 2.4 GB
-    all_pairs.start(10'000, jostle::plan_all_pairs(10'000));
+    all_pairs.start(10'000, jostle::plan_work(10'000, {.block_items = 1}));
     EXPECT_EQ(all_pairs.form(), ResponseForm::sparse);
     EXPECT_LT(all_pairs.bytes_reserved(), 10'000'000u);
 }

@@ -224,7 +224,7 @@ TEST(Recorder, FramesOfOneThatWasNotClosedAreRead)
     bytes.replace(24, 8, std::string(8, '\xff')); // the number of frames, as before close()
     std::uint64_t sum = 0xcbf29ce484222325u;
     for (std::size_t i = 0; i < 40; ++i)
-        sum = jostle::Recorder<3, float>::add_to_sum(sum, static_cast<unsigned char>(bytes[i]));
+        sum = jostle::detail::add_to_sum(sum, static_cast<unsigned char>(bytes[i]));
     for (std::size_t i = 0; i < 8; ++i)
         bytes[40 + i] = static_cast<char>(static_cast<unsigned char>(sum >> (8 * i)));
 

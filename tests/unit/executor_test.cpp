@@ -229,7 +229,6 @@ TEST(Executor, TasksLeftOutAreAnError)
         ProcessOptions process;
         process.executor = &executor;
         expect_error([&] { process_items(100, [](std::uint64_t, std::uint64_t, Work) {}, process); }, ran);
-        expect_error([&] { process_all_pairs(100, [](Pair, Work) {}, process, Schedule::zigzag); }, ran);
     }
 }
 

@@ -28,7 +28,7 @@ std::uint64_t use_headers(const std::vector<jostle::Aabb3f>& boxes)
 
     jostle::process_pairs(pairs, [](const jostle::PairBatch&) {});
     jostle::process_pairs(pairs, [](const jostle::Pair&, jostle::Work) {});
-    jostle::process_all_pairs(10, [](const jostle::Pair&, jostle::Work) {});
+    jostle::process_items(10, [](std::uint64_t, std::uint64_t, jostle::Work) {});
     jostle::Responses<float> responses;
     responses.merge([](std::uint32_t, std::span<const float>) {});
 

@@ -38,7 +38,7 @@ namespace {
 //
 // Version 2 is what jostle::Recorder writes. Its u32 objects is the greatest number of boxes in a frame, its
 // u64 frames 2^64 - 1 if the recorder was not closed. A frame: u32 boxes, their bounds (lo, then hi, of one
-// box after another), u64 checksum as Recorder::add_to_sum says. Without zstd RecordingWriter writes it, too.
+// box after another), u64 checksum as detail::start_of_sum says (recorder.hpp). Without zstd RecordingWriter writes it, too.
 constexpr char magic[8] = {'J', 'O', 'S', 'T', 'L', 'R', 'E', 1};
 constexpr std::size_t fixed_header = 8 + 4 * 4 + 8 + 8;
 constexpr std::uint32_t longest_description = 1 << 16;
@@ -223,15 +223,14 @@ std::string RecordingWriter<Dim, T>::pack(std::span<const Aabb<Dim, T>> boxes)
 template <int Dim, Coordinate T>
 std::string RecordingWriter<Dim, T>::pack(std::span<const Aabb<Dim, T>> boxes)
 {
-    using Record = jostle::Recorder<Dim, T>;
     std::string block;
     append(block, static_cast<std::uint32_t>(boxes.size()));
-    std::uint64_t sum = Record::start_of_sum(boxes.size());
+    std::uint64_t sum = jostle::detail::start_of_sum(boxes.size());
     for (const Aabb<Dim, T>& box : boxes)
         for (const jostle::Vec<Dim, T>* const side : {&box.lo, &box.hi})
             for (const T bound : *side) {
                 const auto bits = std::bit_cast<Bits<T>>(bound);
-                sum = Record::add_to_sum(sum, bits);
+                sum = jostle::detail::add_to_sum(sum, bits);
                 append(block, bits);
             }
     append(block, sum);
@@ -385,8 +384,7 @@ void RecordingReader::read_plain(std::vector<Aabb<Dim, T>>& boxes, std::uint32_t
     std::string sum_bytes(8, '\0');
     read(sum_bytes.data(), 8, "frame");
     boxes.resize(count);
-    using Record = jostle::Recorder<Dim, T>;
-    std::uint64_t sum = Record::start_of_sum(count);
+    std::uint64_t sum = jostle::detail::start_of_sum(count);
     const unsigned char* from = packed_.data();
     for (Aabb<Dim, T>& box : boxes)
         for (jostle::Vec<Dim, T>* const side : {&box.lo, &box.hi})
@@ -394,7 +392,7 @@ void RecordingReader::read_plain(std::vector<Aabb<Dim, T>>& boxes, std::uint32_t
                 Bits<T> bits = 0;
                 for (std::size_t b = 0; b < sizeof(T); ++b)
                     bits |= static_cast<Bits<T>>(Bits<T>{*from++} << (8 * b));
-                sum = Record::add_to_sum(sum, bits);
+                sum = jostle::detail::add_to_sum(sum, bits);
                 bound = std::bit_cast<T>(bits);
             }
     if (sum != number_at<std::uint64_t>(sum_bytes, 0)) fail_altered();

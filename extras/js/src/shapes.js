@@ -48,9 +48,9 @@ export function shape_makers(core) {
         number(halfLength, "halfLength"),
         number(radius, "radius"),
       ),
-    box: (half) => of_axes("jostle_shape_box", "half", half),
+    box: (half) => of_axes("jostle_shape_box", "half", half, 0),
     roundedBox: (half, radius) =>
-      of_axes("jostle_shape_rounded_box", "half", half, number(radius, "radius")),
+      of_axes("jostle_shape_box", "half", half, number(radius, "radius")),
     cylinder: (halfLength, radius) =>
       made("jostle_shape_cylinder", number(halfLength, "halfLength"), number(radius, "radius")),
     cone: (halfLength, radius) =>
@@ -58,9 +58,9 @@ export function shape_makers(core) {
     ellipsoid: (half) => of_axes("jostle_shape_ellipsoid", "half", half),
     halfSpace: (normal, offset = 0) =>
       of_axes("jostle_shape_half_space", "normal", normal, number(offset, "offset")),
-    hull: (points, dim) => of_points("jostle_shape_hull", points, dim),
+    hull: (points, dim) => of_points("jostle_shape_hull", points, dim, 0),
     roundedHull: (points, radius, dim) =>
-      of_points("jostle_shape_rounded_hull", points, dim, number(radius, "radius")),
+      of_points("jostle_shape_hull", points, dim, number(radius, "radius")),
     mesh: (vertices, elements, dim) =>
       core.within(() => {
         checked_dim(dim);
@@ -73,6 +73,7 @@ export function shape_makers(core) {
           BigInt(rows.count),
           corners.pointer,
           BigInt(corners.count),
+          0,
         );
       }),
     heightField: (heights, columns, options) =>

@@ -129,11 +129,7 @@ export const jostle_crossing = { sizeof: 8, edge: 0, triangle: 4 };
 export const jostle_near_surface = { sizeof: 64, vertex_triangle: 0, edge_edge: 32 };
 export const jostle_moving_surface = { sizeof: 72, vertex_triangle: 0, edge_edge: 32, safe_step: 64 };
 export const jostle_process_options = { sizeof: 24, struct_size: 0, executor: 8, block_items: 16 };
-export const jostle_work_plan = { sizeof: 24, items: 0, block_items: 8, blocks: 16, slots: 20 };
 export const jostle_work = { sizeof: 8, slot: 0, block: 4 };
-export const jostle_responses_options = {
-  sizeof: 24, struct_size: 0, common: 8, form: 12, merge: 16, context: 20,
-};
 
 export const jostle_status = {
   0: "ok", 1: "nan_coordinate", 2: "inverted_box", 3: "too_many_objects", 4: "size_mismatch",

@@ -97,7 +97,6 @@ using ShapeHandle = std::unique_ptr<jostle_shape, Freed<jostle_shape, jostle_sha
 using ShapesHandle = std::unique_ptr<jostle_shapes, Freed<jostle_shapes, jostle_shapes_free>>;
 using ContactFinderHandle =
     std::unique_ptr<jostle_contact_finder, Freed<jostle_contact_finder, jostle_contact_finder_free>>;
-using ResponsesHandle = std::unique_ptr<jostle_responses, Freed<jostle_responses, jostle_responses_free>>;
 
 /// Makes a handle: make(&out, error).
 template <class Owner, class F>

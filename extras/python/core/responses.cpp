@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <cstring>
 #include <string>
 
 #include "core/arrays.hpp"
@@ -9,26 +8,6 @@
 namespace jostle_python {
 
 namespace {
-
-/// What is added up.
-struct Sum
-{
-    jostle_responses* responses;
-    const std::uint32_t* objects;
-    const char* values;
-    std::uint64_t row; // bytes
-    Interruptible& memory;
-
-    static std::int32_t add(void* context, std::uint64_t begin, std::uint64_t end, jostle_work work)
-    {
-        const auto* const self = static_cast<const Sum*>(context);
-        if (!self->memory.may_go_on()) return -1;
-        const jostle_status status =
-            jostle_responses_add(self->responses, work, end - begin, self->objects + begin,
-                                 self->values + begin * self->row, nullptr);
-        return status == JOSTLE_OK ? 0 : -1;
-    }
-};
 
 py::array sum_by_object(const Packed<std::uint32_t>& objects, const py::array& values,
                         std::uint32_t object_count, std::uint32_t threads)
@@ -45,35 +24,13 @@ py::array sum_by_object(const Packed<std::uint32_t>& objects, const py::array& v
     const Executor executor = executor_of(threads);
     Interruptible memory;
     const jostle_options common = options_of(executor, memory.allocator());
-    jostle_responses_options options{};
-    options.struct_size = sizeof options;
-    options.common = &common;
     const auto width = static_cast<std::uint32_t>(values.shape(1));
-    const ResponsesHandle responses = make<ResponsesHandle>(
-        [&](auto** out, auto* error) { return jostle_responses_new(number, width, &options, out, error); });
-    const auto count = static_cast<std::uint64_t>(values.shape(0));
-    Sum sum{responses.get(), objects.data(), static_cast<const char*>(values.data()),
-            std::uint64_t{width} * static_cast<std::uint64_t>(values.itemsize()), memory};
-    const void* sums = nullptr;
-    // As jostle_responses_sum does it, but with a look for signals in each block.
-    memory.call([&](jostle_error* error) {
-        jostle_process_options work{};
-        work.struct_size = sizeof work;
-        work.executor = executor.get();
-        jostle_work_plan plan{};
-        std::uint64_t merged = 0;
-        jostle_status status = jostle_plan_work(count, &work, &plan, error);
-        if (status == JOSTLE_OK) status = jostle_responses_start(sum.responses, object_count, &plan, error);
-        if (status == JOSTLE_OK) status = jostle_process_items(count, Sum::add, &sum, &work, error);
-        if (status == JOSTLE_OK)
-            return jostle_responses_merge(sum.responses, nullptr, nullptr, &sums, &merged, error);
-        if (!memory.may_go_on()) return status;
-        // A mistake: its number counts from the first response.
-        return jostle_responses_sum(sum.responses, object_count, sum.objects, sum.values, count, &sums,
-                                    error);
-    });
     py::array out(type, {static_cast<py::ssize_t>(object_count), values.shape(1)});
-    if (out.nbytes() != 0) std::memcpy(out.mutable_data(), sums, static_cast<std::size_t>(out.nbytes()));
+    memory.call([&](jostle_error* error) {
+        return jostle_sum_by_object(number, width, objects.data(), values.data(),
+                                    static_cast<std::uint64_t>(values.shape(0)), &common, object_count,
+                                    out.mutable_data(), error);
+    });
     return out;
 }
 

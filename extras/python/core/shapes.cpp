@@ -84,18 +84,11 @@ void define_shapes(py::module_& m)
             return jostle_shape_capsule(dim, half, radius, out, error);
         });
     });
-    m.def("box", [](const F64& half) {
+    m.def("box", [](const F64& half, double radius) {
         const int dim = static_cast<int>(length_of(half, "half"));
         const double* const data = half.data();
-        return make_shape(dim,
-                          [&](auto** out, auto* error) { return jostle_shape_box(dim, data, out, error); });
-    });
-    m.def("rounded_box", [](const F64& half, double radius) {
-        const int dim = static_cast<int>(length_of(half, "half"));
-        const double* const data = half.data();
-        return make_shape(dim, [&](auto** out, auto* error) {
-            return jostle_shape_rounded_box(dim, data, radius, out, error);
-        });
+        return make_shape(
+            dim, [&](auto** out, auto* error) { return jostle_shape_box(dim, data, radius, out, error); });
     });
     m.def("cylinder", [](double half, double radius) {
         return make_shape(
@@ -118,19 +111,11 @@ void define_shapes(py::module_& m)
             return jostle_shape_half_space(dim, data, offset, out, error);
         });
     });
-    m.def("hull", [](jostle_space space, const Array& points) {
-        want_rows(points, space, dim_of(space),
-                  static_cast<std::uint64_t>(points.ndim() == 2 ? points.shape(0) : 0), "points");
-        const auto count = static_cast<std::uint64_t>(points.shape(0));
-        return make_shape_of(count, dim_of(space), [=, data = copy_of(points)](auto** out, auto* error) {
-            return jostle_shape_hull(space, data.data(), count, out, error);
-        });
-    });
-    m.def("rounded_hull", [](jostle_space space, const Array& points, double radius) {
+    m.def("hull", [](jostle_space space, const Array& points, double radius) {
         const auto count = static_cast<std::uint64_t>(points.ndim() == 2 ? points.shape(0) : 0);
         want_rows(points, space, dim_of(space), count, "points");
         return make_shape_of(count, dim_of(space), [=, data = copy_of(points)](auto** out, auto* error) {
-            return jostle_shape_rounded_hull(space, data.data(), count, radius, out, error);
+            return jostle_shape_hull(space, data.data(), count, radius, out, error);
         });
     });
     m.def("mesh", [](jostle_space space, const Array& vertices, const U32& elements, double weld) {
@@ -144,8 +129,8 @@ void define_shapes(py::module_& m)
         return make_shape_of(
             element_count, dim_of(space),
             [=, data = copy_of(vertices), indices = std::move(indices)](auto** out, auto* error) {
-                return jostle_shape_welded_mesh(space, data.data(), count, indices.data(), element_count,
-                                                weld, out, error);
+                return jostle_shape_mesh(space, data.data(), count, indices.data(), element_count, weld, out,
+                                         error);
             });
     });
     m.def("height_field", [](const F64& heights, double spacing_x, double spacing_z, double thickness) {

@@ -198,6 +198,9 @@ def bounds(shapes: Shapes, poses: Any, margin: float = 0.0) -> np.ndarray:
     return _core.bounds(_arrays.SPACES[shapes.dim, given.dtype], shapes._shapes, given, margin)
 
 
+_PART = 1 << 25
+
+
 def sum_by_object(objects: Any, values: Any, count: int, threads: int = 0) -> np.ndarray:
     """Adds up values per object: row i of the result is the sum of values[k] over all k with objects[k] == i.
 
@@ -210,7 +213,16 @@ def sum_by_object(objects: Any, values: Any, count: int, threads: int = 0) -> np
     if given.dtype.kind in "iu":
         given = _arrays.integers(given, "values", np.int64)
     flat = given.ndim == 1
-    sums = _core.sum_by_object(_arrays.packed(objects, "objects", np.uint32),
-                               np.ascontiguousarray(given[:, None] if flat else given), _arrays.whole(count, "count"),
-                               _arrays.threads(threads))
+    rows = np.ascontiguousarray(given[:, None] if flat else given)
+    of, count, threads = _arrays.packed(objects, "objects", np.uint32), _arrays.whole(count, "count"), _arrays.threads(threads)
+    # In parts, between which Python looks for Ctrl-C. They are of one size: the bits depend on nothing else.
+    sums = _core.sum_by_object(of[:_PART], rows[:_PART], count, threads)
+    try:
+        for first in range(_PART, max(len(of), len(rows)), _PART):
+            more = _core.sum_by_object(of[first:first + _PART], rows[first:first + _PART], count, threads)
+            with np.errstate(all="ignore"):
+                sums += more
+    except Error:
+        _core.sum_by_object(of, rows, count, threads)  # the same, with the number among all
+        raise
     return sums[:, 0] if flat else sums

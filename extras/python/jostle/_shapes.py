@@ -24,12 +24,12 @@ def capsule(half_length: float, radius: float, dim: int = 3) -> Shape:
 
 def box(half: Any) -> Shape:
     """All points with |x| <= half[0] and so on: 2 or 3 numbers."""
-    return _core.box(_arrays.rows(half, "half", np.float64))
+    return _core.box(_arrays.rows(half, "half", np.float64), 0)
 
 
 def rounded_box(half: Any, radius: float) -> Shape:
     """All points within `radius` of box(half)."""
-    return _core.rounded_box(_arrays.rows(half, "half", np.float64), radius)
+    return _core.box(_arrays.rows(half, "half", np.float64), radius)
 
 
 def cylinder(half_length: float, radius: float) -> Shape:
@@ -55,13 +55,13 @@ def half_space(normal: Any, offset: float = 0.0) -> Shape:
 def hull(points: Any) -> Shape:
     """The convex hull of points (n, d). hull.vertices() and hull.faces() return the result; a mesh has them, too."""
     given = _arrays.rows(points, "points")
-    return _core.hull(_space(given, "points", given.shape[-1] if given.ndim else 0), given)
+    return _core.hull(_space(given, "points", given.shape[-1] if given.ndim else 0), given, 0)
 
 
 def rounded_hull(points: Any, radius: float) -> Shape:
     """All points within `radius` of hull(points)."""
     given = _arrays.rows(points, "points")
-    return _core.rounded_hull(_space(given, "points", given.shape[-1] if given.ndim else 0), given, radius)
+    return _core.hull(_space(given, "points", given.shape[-1] if given.ndim else 0), given, radius)
 
 
 def mesh(vertices: Any, elements: Any, weld: float = 0.0) -> Shape:

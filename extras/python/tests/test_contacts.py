@@ -270,6 +270,19 @@ def test_sums_are_exact_and_the_same_on_any_number_of_threads():
         jostle.sum_by_object([0, 0], np.array([1, 2**63], np.uint64), 1)
 
 
+def test_many_are_added_up_in_parts(monkeypatch):
+    monkeypatch.setattr(jostle._contacts, "_PART", 1000)
+    objects, values = np.arange(2500) % 7, np.arange(2500)
+    assert jostle.sum_by_object(objects, values, 7).tolist() == [int(values[objects == i].sum()) for i in range(7)]
+    for few, many in ((values[:2000], objects), (values, objects[:2000])):
+        with pytest.raises(jostle.Error, match="2000"):
+            jostle.sum_by_object(many, few, 7)
+    objects[2222] = 7
+    with pytest.raises(jostle.Error, match=r"objects\[2222\] is 7, and there are 7 objects") as raised:
+        jostle.sum_by_object(objects, values, 7)
+    assert raised.value.index == 2222
+
+
 def test_mistakes_name_the_object():
     shapes, poses = jostle.Shapes.spheres([1, 1]), jostle.poses(np.zeros((2, 3)))
     with pytest.raises(IndexError) as raised:

@@ -123,12 +123,6 @@ pub const JOSTLE_SHAPE_CONE: jostle_shape_type = 11;
 pub const JOSTLE_SHAPE_ELLIPSOID: jostle_shape_type = 12;
 pub const JOSTLE_SHAPE_FIRST_CUSTOM: jostle_shape_type = 16;
 
-/// How the pairs of all objects are shared out: jostle::Schedule.
-pub type jostle_schedule = i32;
-pub const JOSTLE_DYNAMIC: jostle_schedule = 0;
-pub const JOSTLE_ZIGZAG: jostle_schedule = 1;
-pub const JOSTLE_EQUAL_BLOCKS: jostle_schedule = 2;
-
 /// What a pair of a surface consists of.
 pub type jostle_part_kind = i32;
 /// the vertex, then the triangle's three
@@ -136,17 +130,11 @@ pub const JOSTLE_VERTEX_TRIANGLE: jostle_part_kind = 1;
 /// the two ends of one, then those of the other
 pub const JOSTLE_EDGE_EDGE: jostle_part_kind = 2;
 
-/// The type of the numbers that responses are made of.
+/// The type of the numbers that jostle_sum_by_object adds up.
 pub type jostle_number = i32;
 pub const JOSTLE_FLOAT: jostle_number = 1;
 pub const JOSTLE_DOUBLE: jostle_number = 2;
 pub const JOSTLE_INT64: jostle_number = 3;
-
-/// How responses are kept until they are merged: jostle::ResponseForm.
-pub type jostle_response_form = i32;
-pub const JOSTLE_AUTOMATIC: jostle_response_form = 0;
-pub const JOSTLE_DENSE: jostle_response_form = 1;
-pub const JOSTLE_SPARSE: jostle_response_form = 2;
 
 /// Names an object of a world: the index in the low 32 bits, the generation in the high ones. Always less
 /// than 2^53, so that a double holds it exactly. 0 names nothing.
@@ -236,12 +224,6 @@ pub struct jostle_surface_finder {
     _private: [u8; 0],
 }
 
-/// jostle::Responses
-#[repr(C)]
-pub struct jostle_responses {
-    _private: [u8; 0],
-}
-
 /// jostle::Recorder
 #[repr(C)]
 pub struct jostle_recorder {
@@ -299,15 +281,6 @@ pub type jostle_process_items_function = Option<unsafe extern "C" fn(context: *m
 
 /// Works on some items of a result; the first of them is number `first`. 0: done.
 pub type jostle_process_blocks_function = Option<unsafe extern "C" fn(context: *mut c_void, items: *const c_void, count: u64, first: u64, work: jostle_work) -> i32>;
-
-/// Works on the pairs of `a` with b_begin to b_end - 1. 0: done.
-pub type jostle_process_row_function = Option<unsafe extern "C" fn(context: *mut c_void, a: u32, b_begin: u32, b_end: u32, work: jostle_work) -> i32>;
-
-/// Merges `value` into `into`, both of the responses' width; zeros must be neutral. It never fails.
-pub type jostle_merge_function = Option<unsafe extern "C" fn(context: *mut c_void, into: *mut c_void, value: *const c_void)>;
-
-/// Takes the merged values of the objects from `first` on. It never fails.
-pub type jostle_apply_function = Option<unsafe extern "C" fn(context: *mut c_void, first: u32, count: u32, values: *const c_void)>;
 
 /// What went wrong, in words.
 #[repr(C)]
@@ -1070,35 +1043,12 @@ pub struct jostle_process_options {
     pub block_items: u64,
 }
 
-/// jostle::WorkPlan.
-#[repr(C)]
-#[derive(Clone, Copy)]
-pub struct jostle_work_plan {
-    pub items: u64,
-    pub block_items: u64,
-    pub blocks: u32,
-    pub slots: u32,
-}
-
 /// Where a callback stands: jostle::Work.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct jostle_work {
     pub slot: u32,
     pub block: u32,
-}
-
-#[repr(C)]
-#[derive(Clone, Copy)]
-pub struct jostle_responses_options {
-    pub struct_size: u64,
-    /// may be NULL
-    pub common: *const jostle_options,
-    pub form: jostle_response_form,
-    /// NULL: adds up
-    pub merge: jostle_merge_function,
-    /// must outlive the responses
-    pub context: *mut c_void,
 }
 
 extern "C" {
@@ -1122,8 +1072,6 @@ extern "C" {
     pub fn jostle_executor_callback(concurrency: u32, run: jostle_run_function, context: *mut c_void, out: *mut *mut jostle_executor, error: *mut jostle_error) -> jostle_status;
     pub fn jostle_executor_free(executor: *mut jostle_executor, error: *mut jostle_error) -> jostle_status;
     pub fn jostle_executor_concurrency(executor: *const jostle_executor, threads: *mut u32, error: *mut jostle_error) -> jostle_status;
-    /// Runs tasks of the caller's own.
-    pub fn jostle_executor_run(executor: *mut jostle_executor, count: u32, task: Option<unsafe extern "C" fn(context: *mut c_void, i: u32)>, context: *mut c_void, error: *mut jostle_error) -> jostle_status;
     /// Fails as every search would with these boxes, or does nothing. Cost: one pass.
     pub fn jostle_boxes_check(space: jostle_space, boxes: *const jostle_boxes, error: *mut jostle_error) -> jostle_status;
     /// An empty result, to be filled by a call and filled again by the next. What the functions below hand out is
@@ -1203,8 +1151,6 @@ extern "C" {
     pub fn jostle_index_new(space: jostle_space, options: *const jostle_options, out: *mut *mut jostle_index, error: *mut jostle_error) -> jostle_status;
     #[cfg(feature = "world")]
     pub fn jostle_index_free(index: *mut jostle_index, error: *mut jostle_error) -> jostle_status;
-    #[cfg(feature = "world")]
-    pub fn jostle_index_space(index: *const jostle_index, space: *mut jostle_space, error: *mut jostle_error) -> jostle_status;
     /// Forgets everything and takes these boxes. Box i gets the id ids\[i] or, if `ids` is NULL, i. Below, too,
     /// there are as many ids as boxes.
     #[cfg(feature = "world")]
@@ -1277,8 +1223,6 @@ extern "C" {
     pub fn jostle_world_new(space: jostle_space, options: *const jostle_world_options, out: *mut *mut jostle_world, error: *mut jostle_error) -> jostle_status;
     #[cfg(feature = "world")]
     pub fn jostle_world_free(world: *mut jostle_world, error: *mut jostle_error) -> jostle_status;
-    #[cfg(feature = "world")]
-    pub fn jostle_world_space(world: *const jostle_world, space: *mut jostle_space, error: *mut jostle_error) -> jostle_status;
     /// As many new objects as boxes. ids\[i] becomes that of box i, good at once. `options` may be NULL.
     #[cfg(feature = "world")]
     pub fn jostle_world_add(world: *mut jostle_world, boxes: *const jostle_boxes, options: *const jostle_object_options, ids: *mut jostle_id, error: *mut jostle_error) -> jostle_status;
@@ -1444,32 +1388,18 @@ extern "C" {
     pub fn jostle_pair_slots_save(slots: *const jostle_pair_slots, results: *mut jostle_results, error: *mut jostle_error) -> jostle_status;
     #[cfg(feature = "world")]
     pub fn jostle_pair_slots_restore(slots: *mut jostle_pair_slots, bytes: *const c_void, size: u64, error: *mut jostle_error) -> jostle_status;
-    /// How the functions below cut that much work. `options` may be NULL.
-    pub fn jostle_plan_work(items: u64, options: *const jostle_process_options, plan: *mut jostle_work_plan, error: *mut jostle_error) -> jostle_status;
-    pub fn jostle_plan_all_pairs(objects: u32, options: *const jostle_process_options, plan: *mut jostle_work_plan, error: *mut jostle_error) -> jostle_status;
+    /// Work is cut into blocks of items, which the executor's threads take one after another: however uneven it
+    /// is, all are busy until the end. jostle_work::slot is less than the executor's concurrency, and differs
+    /// among calls at the same time: it selects scratch memory. `options` may be NULL.
     pub fn jostle_process_items(items: u64, process: jostle_process_items_function, context: *mut c_void, options: *const jostle_process_options, error: *mut jostle_error) -> jostle_status;
     /// Works on all pairs, or contacts, of a result.
     pub fn jostle_process_blocks(blocks: *const jostle_blocks, process: jostle_process_blocks_function, context: *mut c_void, options: *const jostle_process_options, error: *mut jostle_error) -> jostle_status;
-    /// Works on all pairs a \< b of so many objects.
-    pub fn jostle_process_all_pairs(objects: u32, process: jostle_process_row_function, context: *mut c_void, options: *const jostle_process_options, schedule: jostle_schedule, error: *mut jostle_error) -> jostle_status;
-    /// What happens to objects, put together from all cores with the same bits whoever worked. A response is 1 to
-    /// 8 numbers of one type. `options` may be NULL.
-    pub fn jostle_responses_new(number: jostle_number, width: u32, options: *const jostle_responses_options, out: *mut *mut jostle_responses, error: *mut jostle_error) -> jostle_status;
-    pub fn jostle_responses_free(responses: *mut jostle_responses, error: *mut jostle_error) -> jostle_status;
-    /// Forgets everything, and makes room for work that was cut by `plan` and adds to `objects` objects.
-    pub fn jostle_responses_start(responses: *mut jostle_responses, objects: u32, plan: *const jostle_work_plan, error: *mut jostle_error) -> jostle_status;
-    /// Adds `count` responses of objects, `width` numbers each, while working on `work`. From several threads at
-    /// a time if their slots differ.
-    pub fn jostle_responses_add(responses: *mut jostle_responses, work: jostle_work, count: u64, objects: *const u32, values: *const c_void, error: *mut jostle_error) -> jostle_status;
-    /// The merged responses of all objects, `width` numbers each; valid until the next start. `apply` may be
-    /// NULL; else it is given runs of objects as soon as they are merged, from several threads at a time.
-    pub fn jostle_responses_merge(responses: *mut jostle_responses, apply: jostle_apply_function, context: *mut c_void, values: *mut *const c_void, count: *mut u64, error: *mut jostle_error) -> jostle_status;
-    /// Start, add and merge in one: responses i belongs to object objects\[i]. Bit for bit the same for any number
-    /// of threads.
-    pub fn jostle_responses_sum(responses: *mut jostle_responses, object_count: u32, objects: *const u32, values: *const c_void, count: u64, sums: *mut *const c_void, error: *mut jostle_error) -> jostle_status;
-    pub fn jostle_responses_form(responses: *const jostle_responses, form: *mut jostle_response_form, error: *mut jostle_error) -> jostle_status;
-    pub fn jostle_responses_bytes_reserved(responses: *const jostle_responses, bytes: *mut u64, error: *mut jostle_error) -> jostle_status;
-    pub fn jostle_responses_release_memory(responses: *mut jostle_responses, error: *mut jostle_error) -> jostle_status;
+    /// What happens to objects, added up on all cores with the same bits on any number of them: jostle::Responses
+    /// in one call. values\[i], `width` numbers (1 to 8), belongs to object objects\[i], which is less than
+    /// object_count; sums\[object] becomes the sum of its values, 0 where it has none. Sums of int64_t wrap around.
+    /// `options` may be NULL.
+    /// Errors    jostle_error::index is the lowest i whose object there isn't.
+    pub fn jostle_sum_by_object(number: jostle_number, width: u32, objects: *const u32, values: *const c_void, count: u64, options: *const jostle_options, object_count: u32, sums: *mut c_void, error: *mut jostle_error) -> jostle_status;
     /// Begins a recording of boxes. `frames_per_second` may be 0; `description`, UTF-8, says where the boxes come
     /// from and may be NULL. A file of this name is replaced.
     pub fn jostle_recorder_new(space: jostle_space, path: *const c_char, frames_per_second: f64, description: *const c_char, out: *mut *mut jostle_recorder, error: *mut jostle_error) -> jostle_status;
@@ -1479,6 +1409,4 @@ extern "C" {
     pub fn jostle_recorder_frame(recorder: *mut jostle_recorder, boxes: *const jostle_boxes, error: *mut jostle_error) -> jostle_status;
     /// Completes the file. There are no frames after it.
     pub fn jostle_recorder_close(recorder: *mut jostle_recorder, error: *mut jostle_error) -> jostle_status;
-    /// How many frames were written.
-    pub fn jostle_recorder_frames(recorder: *const jostle_recorder, frames: *mut u64, error: *mut jostle_error) -> jostle_status;
 }

@@ -84,8 +84,8 @@ Aabb<Dim, T> bounds(const Shape<Dim>& shape, const Pose<Dim, T>& pose, std::type
 }
 
 template <int Dim, Coordinate T>
-void bounds(const Objects<Dim, T>& objects, std::span<Aabb<Dim, T>> out, std::type_identity_t<T> margin,
-            Executor& executor)
+void detail::write_bounds(const Objects<Dim, T>& objects, std::span<Aabb<Dim, T>> out, T margin,
+                          Executor& executor)
 {
     const StridedView<Shape<Dim>>& shapes = objects.shapes;
     const StridedView<Pose<Dim, T>>& poses = objects.poses;
@@ -106,7 +106,8 @@ void bounds(const Objects<Dim, T>& objects, std::span<Aabb<Dim, T>> out, std::ty
 
 #define JOSTLE_BOUNDS(Dim, T)                                                                                \
     template JOSTLE_API Aabb<Dim, T> bounds(const Shape<Dim>&, const Pose<Dim, T>&, T);                      \
-    template JOSTLE_API void bounds(const Objects<Dim, T>&, std::span<Aabb<Dim, T>>, T, Executor&)
+    template JOSTLE_API void detail::write_bounds(const Objects<Dim, T>&, std::span<Aabb<Dim, T>>, T,        \
+                                                  Executor&)
 JOSTLE_BOUNDS(2, float);
 JOSTLE_BOUNDS(2, double);
 JOSTLE_BOUNDS(3, float);

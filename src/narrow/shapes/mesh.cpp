@@ -280,12 +280,11 @@ void detail::throw_not_whole(std::size_t numbers, std::size_t of_each)
 
 template <int Dim>
 template <Coordinate T>
-void Mesh<Dim>::build(std::span<const Vec<Dim, T>> vertices, std::span<const Element> elements,
-                      const MeshOptions& options)
+void Mesh<Dim>::build(std::span<const Vec<Dim, T>> vertices, std::span<const Element> elements, double weld)
 {
-    if (!(options.weld >= 0) || !(options.weld <= narrow::longest))
-        throw Error(ErrorCode::invalid_argument, "the weld of a mesh is " + narrow::text(options.weld) +
-                                                     "; give a finite length of 0 or more");
+    if (!(weld >= 0) || !(weld <= narrow::longest))
+        throw Error(ErrorCode::invalid_argument,
+                    "the weld of a mesh is " + narrow::text(weld) + "; give a finite length of 0 or more");
     if (elements.empty())
         throw Error(ErrorCode::invalid_argument, "a mesh without elements; give at least one");
     if (elements.size() > narrow::most_parts / Dim)
@@ -311,7 +310,7 @@ void Mesh<Dim>::build(std::span<const Vec<Dim, T>> vertices, std::span<const Ele
                                 ", but there are " + std::to_string(vertices.size()),
                             e);
     data->elements.assign(elements.begin(), elements.end());
-    narrow::weld(*data, options.weld);
+    narrow::weld(*data, weld);
     for (const Element& element : data->elements)
         for (const std::uint32_t v : element)
             data->reach = std::max(data->reach, narrow::length(data->vertices[v]));
@@ -429,14 +428,10 @@ template class Mesh<2>;
 template class Mesh<3>;
 template class Compound<2>;
 template class Compound<3>;
-template JOSTLE_API void Mesh<2>::build(std::span<const Vec<2, float>>, std::span<const Element>,
-                                        const MeshOptions&);
-template JOSTLE_API void Mesh<2>::build(std::span<const Vec<2, double>>, std::span<const Element>,
-                                        const MeshOptions&);
-template JOSTLE_API void Mesh<3>::build(std::span<const Vec<3, float>>, std::span<const Element>,
-                                        const MeshOptions&);
-template JOSTLE_API void Mesh<3>::build(std::span<const Vec<3, double>>, std::span<const Element>,
-                                        const MeshOptions&);
+template JOSTLE_API void Mesh<2>::build(std::span<const Vec<2, float>>, std::span<const Element>, double);
+template JOSTLE_API void Mesh<2>::build(std::span<const Vec<2, double>>, std::span<const Element>, double);
+template JOSTLE_API void Mesh<3>::build(std::span<const Vec<3, float>>, std::span<const Element>, double);
+template JOSTLE_API void Mesh<3>::build(std::span<const Vec<3, double>>, std::span<const Element>, double);
 template JOSTLE_API Shape<2>::Shape(const Mesh<2>&) noexcept;
 template JOSTLE_API Shape<3>::Shape(const Mesh<3>&) noexcept;
 template JOSTLE_API Shape<3>::Shape(const HeightField&) noexcept;

@@ -42,7 +42,7 @@ int main()
         jostle::FinderOptions options;
         options.executor = executor;
         jostle::PairFinder finder(options);
-        const auto pairs = finder.find<3, float>(boxes, {}, jostle::Order::sorted).to_vector();
+        const auto pairs = finder.find(boxes, {}, jostle::Order::sorted).to_vector();
         if (pairs.size() != 999 || pairs[0] != jostle::Pair{0, 1} || pairs[998] != jostle::Pair{998, 999}) {
             std::fprintf(stderr, "wrong pairs: %zu found, 999 expected\n", pairs.size());
             return 1;

@@ -17,7 +17,7 @@ int main(void)
     boxes = jostle_boxes_strided(JOSTLE_3F, &rows[0][0], &rows[0][3], 3, sizeof rows[0]);
     if (jostle_finder_new(NULL, &finder, &error) ||
         jostle_finder_find(finder, JOSTLE_3F, &boxes, NULL, NULL, JOSTLE_CANONICAL, &pairs, &error) ||
-        jostle_shape_hull(JOSTLE_3D, corners, 4, &hull, &error) ||
+        jostle_shape_hull(JOSTLE_3D, corners, 4, 0, &hull, &error) ||
         jostle_shape_face_count(hull, &faces, &error)) {
         fprintf(stderr, "%s\n", error.message);
         return 1;
