@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// CGAL 5.5: self_intersections of a Surface_mesh, by box_self_intersection_d and exact predicates, sequential.
+// CGAL 5.5: self_intersections of a Surface_mesh, by box_self_intersection_d and exact predicates, on one
+// thread.
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/self_intersections.h>
 #include <CGAL/Surface_mesh.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// LAMMPS: the list that it builds for a pair style, in a step in which no atom moves. 97 % of such a step is the
-// list, the rest images of atoms near the border, which a list needs as well.
+// LAMMPS: the list that it builds for a pair style, in a step in which no atom moves. 97 % of such a step is
+// the list, the rest images of atoms near the border, which a list needs as well.
 #include <cmath>
 #include <cstdint>
 #include <memory>

@@ -1576,11 +1576,11 @@ JOSTLE_C_API jostle_status jostle_process_blocks(const jostle_blocks* blocks,
                                                  jostle_process_blocks_function process, void* context,
                                                  const jostle_process_options* options, jostle_error* error);
 
-/// What happens to objects, added up on all cores with the same bits on any number of them: jostle::Responses
-/// in one call. values[i], `width` numbers (1 to 8), belongs to object objects[i], which is less than
-/// object_count; sums[object] becomes the sum of its values, 0 where it has none. Sums of int64_t wrap around.
-/// `options` may be NULL.
-/// Errors    jostle_error::index is the lowest i whose object there isn't.
+/// Adds up values by object on all cores, with the same bits on any number of them: jostle::Responses in one
+/// call. values[i], `width` numbers (1 to 8), belongs to object objects[i], which is less than object_count.
+/// sums[object] becomes the sum of its values, 0 where it has none. Sums of int64_t wrap around. `options`
+/// may be NULL. Each call allocates its working memory.
+/// Errors    an object that is object_count or more; jostle_error::index is the lowest such i.
 JOSTLE_C_API jostle_status jostle_sum_by_object(jostle_number number, uint32_t width, const uint32_t* objects,
                                                 const void* values, uint64_t count,
                                                 const jostle_options* options, uint32_t object_count,

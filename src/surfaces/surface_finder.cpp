@@ -219,10 +219,10 @@ struct SurfaceFinder<T>::Implementation
         return part;
     }
 
-    /// Moves those of some pairs to the front that are to stay, and returns their end. put(k, pair) puts a pair
-    /// down as number k, or tells that it doesn't count; leave_out(count) has a bit for each of those put down.
-    /// Branches that depend on a pair would be wrong half the time: so each is put down, and the next one over
-    /// it where it doesn't count.
+    /// Moves the pairs that are to stay to the front, and returns their end. put(k, pair) stores a pair as
+    /// number k, or returns false if it doesn't count. leave_out(count) has a bit for each stored pair that
+    /// goes. A branch that depends on a pair would be mispredicted half the time, so each pair is stored, and
+    /// the next one overwrites it if it doesn't count.
     template <class Put, class LeaveOut>
     static Pair* keep(Pair* first, Pair* last, const Put& put, const LeaveOut& leave_out)
     {

@@ -38,7 +38,8 @@ namespace {
 //
 // Version 2 is what jostle::Recorder writes. Its u32 objects is the greatest number of boxes in a frame, its
 // u64 frames 2^64 - 1 if the recorder was not closed. A frame: u32 boxes, their bounds (lo, then hi, of one
-// box after another), u64 checksum as detail::start_of_sum says (recorder.hpp). Without zstd RecordingWriter writes it, too.
+// box after another), u64 checksum as detail::start_of_sum says (recorder.hpp). Without zstd RecordingWriter
+// writes it, too.
 constexpr char magic[8] = {'J', 'O', 'S', 'T', 'L', 'R', 'E', 1};
 constexpr std::size_t fixed_header = 8 + 4 * 4 + 8 + 8;
 constexpr std::uint32_t longest_description = 1 << 16;

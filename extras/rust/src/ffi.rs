@@ -1394,11 +1394,11 @@ extern "C" {
     pub fn jostle_process_items(items: u64, process: jostle_process_items_function, context: *mut c_void, options: *const jostle_process_options, error: *mut jostle_error) -> jostle_status;
     /// Works on all pairs, or contacts, of a result.
     pub fn jostle_process_blocks(blocks: *const jostle_blocks, process: jostle_process_blocks_function, context: *mut c_void, options: *const jostle_process_options, error: *mut jostle_error) -> jostle_status;
-    /// What happens to objects, added up on all cores with the same bits on any number of them: jostle::Responses
-    /// in one call. values\[i], `width` numbers (1 to 8), belongs to object objects\[i], which is less than
-    /// object_count; sums\[object] becomes the sum of its values, 0 where it has none. Sums of int64_t wrap around.
-    /// `options` may be NULL.
-    /// Errors    jostle_error::index is the lowest i whose object there isn't.
+    /// Adds up values by object on all cores, with the same bits on any number of them: jostle::Responses in one
+    /// call. values\[i], `width` numbers (1 to 8), belongs to object objects\[i], which is less than object_count.
+    /// sums\[object] becomes the sum of its values, 0 where it has none. Sums of int64_t wrap around. `options`
+    /// may be NULL. Each call allocates its working memory.
+    /// Errors    an object that is object_count or more; jostle_error::index is the lowest such i.
     pub fn jostle_sum_by_object(number: jostle_number, width: u32, objects: *const u32, values: *const c_void, count: u64, options: *const jostle_options, object_count: u32, sums: *mut c_void, error: *mut jostle_error) -> jostle_status;
     /// Begins a recording of boxes. `frames_per_second` may be 0; `description`, UTF-8, says where the boxes come
     /// from and may be NULL. A file of this name is replaced.
