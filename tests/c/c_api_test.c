@@ -1510,7 +1510,7 @@ static void test_shapes_and_contacts(void)
             /* Shapes that move. */
             casts.shapes = &objects;
             FAILS(jostle_index_first(shape_index, &casts, &objects, NULL, found, hits, &error),
-                  JOSTLE_INVALID_ARGUMENT, "a kind that has none");
+                  JOSTLE_INVALID_ARGUMENT, "have no shapes");
             casts.kind = JOSTLE_SHAPE_SWEEP;
             FAILS(jostle_index_first(shape_index, &casts, NULL, NULL, found, hits, &error),
                   JOSTLE_INVALID_ARGUMENT, "where objects is NULL");

@@ -172,7 +172,7 @@ TEST(Errors, NameTheObjectAndTheValue)
               std::string::npos);
     EXPECT_NE(message_of([&] { (void)bounds(Shape2(), Pose2f{}, nan); }).find("nan"), std::string::npos);
     EXPECT_NE(message_of([] { (void)Shape3::half_space({0, 0, 0}, 1); }).find("normal"), std::string::npos);
-    EXPECT_NE(message_of([] { ConvexHull<3>(std::vector<Vec<3, float>>{}); }).find("no points"),
+    EXPECT_NE(message_of([] { ConvexHull<3>(std::vector<Vec<3, float>>{}); }).find("without points"),
               std::string::npos);
     EXPECT_NE(message_of([&] {
                   ConvexHull<3>(std::vector<Vec<3, float>>{{0, 0, 0}, {0, nan, 0}});
