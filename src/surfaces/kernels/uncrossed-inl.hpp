@@ -10,7 +10,8 @@ constexpr float volume_rounding = 0x1p-16f;
 /// Third powers of numbers between these stay in a float's range.
 constexpr float largest_cubed = 1e11f, smallest_cubed = 1e-9f;
 
-HWY_ATTR std::uint64_t uncrossed(const CrossingBatch& pairs, std::uint32_t count)
+// Unused in its one-lane form where every instruction set has SIMD, as in WebAssembly.
+[[maybe_unused]] HWY_ATTR std::uint64_t uncrossed(const CrossingBatch& pairs, std::uint32_t count)
 {
     std::uint64_t bits = 0;
     for (std::uint32_t k = 0; k < count; k += Float::size) {
