@@ -229,7 +229,7 @@ class Inspection
         const auto& found =
             timed("near", [&]() -> auto& { return finder_.near(mesh_.surface, mesh_.from, distance_); });
         near = {found.vertex_triangle.size(), found.edge_edge.size()};
-        for (const std::size_t kind : {0, 1})
+        for (const std::size_t kind : {0u, 1u})
             for (const auto& pair : kind == 0 ? found.vertex_triangle : found.edge_edge) {
                 least_distance = std::min(least_distance, pair.distance);
                 write("near", kind, pair.a, pair.b, middle_of(pair, mesh_.from), pair.distance);
@@ -242,7 +242,7 @@ class Inspection
         });
         safe_step = found.safe_step;
         impacts = {found.vertex_triangle.size(), found.edge_edge.size()};
-        for (const std::size_t kind : {0, 1})
+        for (const std::size_t kind : {0u, 1u})
             for (const auto& pair : kind == 0 ? found.vertex_triangle : found.edge_edge) {
                 const std::uint32_t vertex = pair.vertices[0];
                 write("impact", kind, pair.a, pair.b,

@@ -28,7 +28,7 @@ class CShapes : public CTwin
           mesh(std::vector<jostle::Vec<3, float>>{{-2, 0, 1}, {2, 0, 1}, {0, 1, -3}, {0, 4, 0}},
                std::vector<jostle::Mesh<3>::Element>{{0, 1, 2}, {1, 3, 2}}),
           welded(std::vector<jostle::Vec<3, float>>{{-2, 0, 1}, {2, 0, 1}, {0, 1, -3}, {0, 4, 0}},
-                 std::vector<jostle::Mesh<3>::Element>{{0, 1, 2}, {1, 3, 2}}, {4}), // the second to the first
+                 std::vector<jostle::Mesh<3>::Element>{{0, 1, 2}, {1, 3, 2}}, 4), // the second to the first
           field(jostle::HeightGrid<float>{heights, 3, 2, 0.5f, 2.0f, 4.0f}),
           compound(
               std::vector<jostle::Compound<3>::Child>{{jostle::Shape3::box({1, 0.5, 2}), {{1, 2, 3}}},

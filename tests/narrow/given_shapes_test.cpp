@@ -151,7 +151,7 @@ TEST(GivenShapes, WeldedMeshesNameTheFirstOfTheirVertices)
 {
     const std::vector<Vec3f> vertices = {{0, 0, 0},      {1, 0, 0}, {0, 1, 0},
                                          {1, 0.001f, 0}, {0, 1, 0}, {1, 1, 0}};
-    const Mesh3 mesh(vertices, {{0, 1, 2}, {3, 5, 4}}, {0.01});
+    const Mesh3 mesh(vertices, {{0, 1, 2}, {3, 5, 4}}, 0.01);
     EXPECT_EQ(mesh.vertices()[3], Vec3d(vertices[3]));
     EXPECT_EQ(mesh.elements()[1], (Mesh3::Element{1, 5, 2}));
 }

@@ -222,7 +222,9 @@ struct Meeting
 };
 Meeting meeting(bool edges, std::mt19937& random)
 {
-    const auto whole = [&](int most) { return static_cast<double>(random() % (2 * most + 1)) - most; };
+    const auto whole = [&](int most) {
+        return static_cast<double>(random() % static_cast<unsigned>(2 * most + 1)) - most;
+    };
     const auto kind = random() % 6;
     const int speed = random() % 4 == 0 ? 16 : 3;
     std::array<jostle::Vec3d, 4> at, moves;
