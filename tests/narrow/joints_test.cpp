@@ -219,7 +219,7 @@ TEST(AMesh, IsWeldedWithinADistance)
                         terrain.vertices[t[i]][2] - 3.5 + random.uniform(-noise, noise)};
             soup.add(p[0], p[1], p[2]);
         }
-        ASSERT_NO_FATAL_FAILURE(expect_only_up(Mesh<3>(soup.vertices, soup.triangles, {3e-4}), random, 20));
+        ASSERT_NO_FATAL_FAILURE(expect_only_up(Mesh<3>(soup.vertices, soup.triangles, 3e-4), random, 20));
     }
 }
 
@@ -246,7 +246,7 @@ TEST(AMesh, WeldsToTheFirstThatStays)
             if (!near) stay.push_back(v);
             triangles.push_back({v, v, v}); // a point
         }
-        const Mesh<3> welded(points, triangles, {weld}), wanted(moved, triangles);
+        const Mesh<3> welded(points, triangles, weld), wanted(moved, triangles);
         for (int k = 0; k < 30; ++k) {
             const Pose3d pose = random.pose<double>(1);
             const auto a = distance(Shape3(welded), Pose3d{}, Shape3(), pose, 10.0);
@@ -261,9 +261,9 @@ TEST(AMesh, RefusesToBeWeldedByNoLength)
     const std::vector<Vec3d> corners{{0, 0, 0}, {1, 0, 0}, {0, 0, 1}};
     for (const double weld :
          {-1.0, -1e-300, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()})
-        EXPECT_THROW(Mesh<3>(corners, Triangles{{0, 1, 2}}, {weld}), Error) << weld;
-    EXPECT_EQ(Mesh<3>(corners, Triangles{{0, 1, 2}}, {1e60}).size(), 1u);
-    EXPECT_EQ(Mesh<3>(corners, Triangles{{0, 1, 2}}, {5e-324}).size(), 1u);
+        EXPECT_THROW(Mesh<3>(corners, Triangles{{0, 1, 2}}, weld), Error) << weld;
+    EXPECT_EQ(Mesh<3>(corners, Triangles{{0, 1, 2}}, 1e60).size(), 1u);
+    EXPECT_EQ(Mesh<3>(corners, Triangles{{0, 1, 2}}, 5e-324).size(), 1u);
 }
 
 TEST(AChain, OfSeparateSegmentsCatchesNothingOnItsJoints)
