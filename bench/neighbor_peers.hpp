@@ -18,8 +18,8 @@ class NeighborPeer
     [[nodiscard]] virtual const char* name() const noexcept = 0;
     /// Whether it lists each pair once, in a cube that repeats, or else twice, in open space.
     [[nodiscard]] virtual bool is_periodic() const noexcept = 0;
-    /// Takes points, which stay where they are, before the time is measured. `edge` is the cube's.
-    virtual void take(std::span<const jostle::Vec3f> points, float cutoff, double edge) = 0;
+    /// Takes the points, which outlive the search. Not timed. `edge` is the cube's.
+    virtual void start(std::span<const jostle::Vec3f> points, float cutoff, double edge) = 0;
     /// Lists, for each point, the others within the cutoff, as Jostle defines it.
     virtual void find() = 0;
     /// How many the last search listed.

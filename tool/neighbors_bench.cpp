@@ -249,7 +249,7 @@ void run(const BenchOptions& options)
         if (!options.peers || each->repeats != each->options.half) continue; // what they have
         const std::unique_ptr<jostle_bench::NeighborPeer> peer =
             each->repeats ? jostle_bench::make_lammps() : jostle_bench::make_nanoflann();
-        peer->take(atoms.at, each->cutoff, atoms.edge);
+        peer->start(atoms.at, each->cutoff, atoms.edge);
         const std::vector<double> peer_ms = sorted_times(2, options.frames, nothing, [&] { peer->find(); });
         found = peer->found();
         table.row(peer->name(), *each, atoms.at.size(), 1, peer_ms, found);

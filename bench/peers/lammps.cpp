@@ -22,7 +22,7 @@ class Lammps : public NeighborPeer
   public:
     [[nodiscard]] const char* name() const noexcept override { return "lammps"; }
     [[nodiscard]] bool is_periodic() const noexcept override { return true; }
-    void take(std::span<const jostle::Vec3f> points, float cutoff, double edge) override
+    void start(std::span<const jostle::Vec3f> points, float cutoff, double edge) override
     {
         std::vector<double> places;
         for (const jostle::Vec3f& point : points)

@@ -55,10 +55,10 @@ class Nanoflann : public NeighborPeer
   public:
     [[nodiscard]] const char* name() const noexcept override { return "nanoflann"; }
     [[nodiscard]] bool is_periodic() const noexcept override { return false; }
-    void take(std::span<const jostle::Vec3f> points, float cutoff, double) override
+    void start(std::span<const jostle::Vec3f> points, float cutoff, double) override
     {
         points_ = points;
-        // It takes who is nearer than its radius, which is a square.
+        // It takes points nearer than its radius, which is a square.
         square_ = std::nextafter(cutoff * cutoff, std::numeric_limits<float>::infinity());
     }
     void find() override

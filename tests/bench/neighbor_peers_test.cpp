@@ -28,7 +28,7 @@ TEST(NeighborPeers, FindAsManyAsJostleInOpenSpace)
                 points.push_back(point);
             }
             const std::size_t ours = finder.find(points, cutoff).neighbors.size();
-            peer->take(points, cutoff, 0);
+            peer->start(points, cutoff, 0);
             peer->find();
             EXPECT_EQ(peer->found(), ours) << cutoff;
             EXPECT_EQ(ours == 0, lattice && cutoff < 1);
@@ -48,7 +48,7 @@ TEST(NeighborPeers, FindAsManyAsJostleInPeriodicSpace)
             for (float& x : point)
                 x = static_cast<float>(random.uniform() * 12 - 1);
         const std::size_t ours = finder.find(points, cutoff, cell, {.half = true}).neighbors.size();
-        peer->take(points, cutoff, 10);
+        peer->start(points, cutoff, 10);
         peer->find();
         EXPECT_EQ(peer->found(), ours) << cutoff;
         EXPECT_GT(ours, 1000u);
