@@ -27,7 +27,7 @@ struct Part {
 const PARTS: [Part; 2] = [
     Part {
         feature: "",
-        rooms: &["base", "simd", "process", "engine", "pairs"],
+        rooms: &["base", "simd", "process", "engine", "pairs", "neighbors"],
         c_api: &["common", "handles", "neighbors", "pairs", "process", "recorder"],
     },
     Part {

@@ -26,6 +26,7 @@ ALLOWED = {
     "process": ["base", "jostle"],
     "engine": ["base", "simd", "jostle"],
     "pairs": ["engine", "base", "simd", "jostle"],
+    "neighbors": ["base", "simd", "jostle"],
     "index": ["base", "simd", "jostle"],
     "world": ["pairs", "index", "base", "jostle"],
     "narrow": ["base", "simd", "jostle"],

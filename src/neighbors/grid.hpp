@@ -17,7 +17,7 @@
 #include "base/number_text.hpp"
 #include "jostle/error.hpp"
 #include "jostle/neighbors.hpp"
-#include "pairs/kernels/neighbors.hpp"
+#include "neighbors/kernels/neighbors.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace neighbors {

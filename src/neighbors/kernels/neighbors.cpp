@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Compiled once per instruction set: see simd/targets.hpp.
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "pairs/kernels/neighbors.cpp"
+#define HWY_TARGET_INCLUDE "neighbors/kernels/neighbors.cpp"
 #include "simd/targets.hpp"
 
 #ifndef JOSTLE_NEIGHBOR_KERNELS_ONCE
@@ -13,7 +13,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "pairs/kernels/neighbors.hpp"
+#include "neighbors/kernels/neighbors.hpp"
 #endif
 
 HWY_BEFORE_NAMESPACE();
@@ -23,7 +23,7 @@ namespace {
 namespace HWY_NAMESPACE {
 #include "simd/vec-inl.hpp"
 //
-#include "pairs/kernels/neighbors-inl.hpp"
+#include "neighbors/kernels/neighbors-inl.hpp"
 
 template <int Dim, class T>
 const NeighborKernels<Dim, T>& kernels()

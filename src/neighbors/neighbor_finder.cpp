@@ -24,8 +24,8 @@
 #include "base/radix.hpp"
 #include "jostle/executor.hpp"
 #include "jostle/process.hpp"
-#include "pairs/kernels/neighbors.hpp"
-#include "pairs/neighbor_grid.hpp"
+#include "neighbors/grid.hpp"
+#include "neighbors/kernels/neighbors.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace neighbors {
