@@ -1,261 +1,22 @@
 // SPDX-License-Identifier: MIT
-// The input of a NeighborFinder: sets of points and their cutoffs, checked, in the cells of a grid along the
-// reciprocal axes of periodic space.
+// Sets of points in the cells of a grid along the reciprocal axes of periodic space.
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <memory_resource>
 #include <span>
-#include <string>
 
 #include "base/buffer.hpp"
-#include "base/number_text.hpp"
-#include "jostle/error.hpp"
-#include "jostle/neighbors.hpp"
 #include "neighbors/kernels/neighbors.hpp"
+#include "neighbors/request.hpp"
+#include "neighbors/shifts.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace neighbors {
-
-/// The most periods that a cutoff may span: their numbers fit into the key of a neighbour.
-constexpr std::int64_t most_images = 500;
-
-template <int Dim>
-using Periods = std::array<std::int32_t, detail::axes<Dim>>;
-
-template <int Dim, class T>
-std::string point_text(const char* set, std::size_t i, const Vec<Dim, T>& point)
-{
-    std::string text = std::string("point ") + set + std::to_string(i) + ", (";
-    for (int d = 0; d < Dim; ++d)
-        text += (d == 0 ? "" : ", ") + number_text(point[d]);
-    return text + ")";
-}
-
-/// How errors name a set as a whole: nothing where there is one.
-inline std::string set_text(const char* set)
-{
-    return *set == 0 ? std::string() : std::string(" of ") + *set;
-}
-
-[[noreturn]] inline void refuse_search(const std::string& message, std::uint64_t index = Error::no_index)
-{
-    throw Error(ErrorCode::invalid_argument, message, index);
-}
-
-/// An image's number in one word, with `bits` for each axis.
-template <int Dim>
-std::uint32_t code_of(const Periods<Dim>& image, int bits)
-{
-    std::uint32_t code = 0;
-    for (const std::int32_t periods : image)
-        code = code << bits | static_cast<std::uint32_t>(periods + (1 << (bits - 1)));
-    return code;
-}
-template <int Dim>
-Periods<Dim> image_of(std::uint32_t code, int bits)
-{
-    Periods<Dim> image;
-    for (std::size_t k = detail::axes<Dim>; k-- > 0; code >>= bits)
-        image[k] = static_cast<std::int32_t>(code % (1u << bits)) - (1 << (bits - 1));
-    return image;
-}
-constexpr int any_bits = 10, near_bits = 2; // the second for images next to the cell, as most are
-static_assert(most_images + 2 < 1 << (any_bits - 1));
-
-/// The vectors of the definition. A table has the sums of the cell's vectors for images next to it.
-template <int Dim, class T>
-class ShiftedVectors
-{
-  public:
-    explicit ShiftedVectors(const PeriodicCell<Dim, T>& cell) : cell_(cell)
-    {
-        for (std::uint32_t code = 0; code < near_codes; ++code) {
-            near_[code].shift = image_of<Dim>(code, near_bits);
-            near_[code].sum = sum_of(near_[code].shift);
-        }
-    }
-
-    /// A shift of at most 1 along each axis, by its code of near_bits.
-    struct Shifted
-    {
-        Periods<Dim> shift;
-        Vec<Dim, T> sum;
-    };
-    const Shifted& near(std::uint32_t code) const { return near_[code]; }
-
-    /// `sum` is that of the cell's vectors for the shift.
-    static Vec<Dim, T> between(const Vec<Dim, T>& from, const Vec<Dim, T>& to, const Vec<Dim, T>& sum)
-    {
-        return (to - from) + sum;
-    }
-    Vec<Dim, T> between(const Vec<Dim, T>& from, const Vec<Dim, T>& to, const Periods<Dim>& shift) const
-    {
-        bool is_near = true;
-        for (const std::int32_t periods : shift)
-            is_near &= static_cast<std::uint32_t>(periods) + 1 < 3;
-        return between(from, to, is_near ? near_[code_of<Dim>(shift, near_bits)].sum : sum_of(shift));
-    }
-
-  private:
-    static constexpr std::uint32_t near_codes = 1u << (near_bits * Dim);
-
-    Vec<Dim, T> sum_of(const Periods<Dim>& shift) const
-    {
-        Vec<Dim, T> sum;
-        for (int d = 0; d < Dim; ++d)
-            sum[d] = T(-0.0); // changes nothing that it is added to, zeros included
-        for (int k = 0; k < Dim; ++k)
-            if (cell_.repeats[k])
-                sum += cell_.vectors[k] * static_cast<T>(shift[static_cast<std::size_t>(k)]);
-        return sum;
-    }
-
-    PeriodicCell<Dim, T> cell_;
-    Shifted near_[near_codes];
-};
-
-/// One set as a call sees it.
-template <int Dim, class T>
-struct PointSet
-{
-    std::span<const Vec<Dim, T>> points;
-    std::span<const T> radii;
-    std::span<const std::uint32_t> types;
-    const char* name; ///< in errors
-};
-
-/// Where a call's cutoffs come from.
-template <class T>
-struct CutoffRule
-{
-    T value;
-    std::span<const T> table;
-    std::size_t types = 0;
-    bool of_radii = false, greater = false; ///< of two radii, instead of their sum
-    T greatest = 0;
-
-    T operator()(T radius_a, std::uint32_t type_a, T radius_b, std::uint32_t type_b) const
-    {
-        if (of_radii) return greater ? std::max(radius_a, radius_b) : radius_a + radius_b;
-        return types != 0 ? table[type_a * types + type_b] : value;
-    }
-    /// The greatest cutoff of points whose radii are at most these.
-    T greatest_of(T radius_a, T radius_b) const
-    {
-        return of_radii ? (*this)(radius_a, 0, radius_b, 0) : greatest;
-    }
-};
-
-/// what() is what errors call it.
-template <class T, class What>
-void check_cutoff(T value, const What& what, std::uint64_t index)
-{
-    if (!(value >= 0 && value <= std::numeric_limits<T>::max()))
-        refuse_search(what() + " is " + number_text(value) + "; give a length", index);
-}
-
-/// Adds what a set has to the rule, or throws.
-template <int Dim, class T>
-T checked_radii(const PointSet<Dim, T>& set, const CutoffRule<T>& rule)
-{
-    const auto lengths = [&](std::size_t size, const char* what) {
-        if (size != set.points.size())
-            throw Error(ErrorCode::size_mismatch, "there are " + std::to_string(size) + " " + what + " for " +
-                                                      std::to_string(set.points.size()) + " points" +
-                                                      set_text(set.name) + "; give one for each");
-    };
-    T greatest = 0;
-    if (rule.of_radii) lengths(set.radii.size(), "radii");
-    for (std::size_t i = 0; rule.of_radii && i < set.radii.size(); ++i) {
-        check_cutoff(
-            set.radii[i], [&] { return std::string("the radius of point ") + set.name + std::to_string(i); },
-            i);
-        greatest = std::max(greatest, set.radii[i]);
-    }
-    if (rule.types != 0) lengths(set.types.size(), "types");
-    for (std::size_t i = 0; rule.types != 0 && i < set.types.size(); ++i)
-        if (set.types[i] >= rule.types)
-            refuse_search(std::string("point ") + set.name + std::to_string(i) + " is of type " +
-                              std::to_string(set.types[i]) + ", and the table has " +
-                              std::to_string(rule.types) + " types",
-                          i);
-    return greatest;
-}
-
-template <int Dim, class T>
-CutoffRule<T> check_cutoffs(const PointSet<Dim, T>& a, const PointSet<Dim, T>& b,
-                            const NeighborCutoff<T>& cutoff)
-{
-    CutoffRule<T> rule{cutoff.value, cutoff.table};
-    rule.greater = cutoff.greater;
-    rule.of_radii = !a.radii.empty() || !b.radii.empty();
-    while (rule.types * rule.types < cutoff.table.size())
-        ++rule.types;
-    if (rule.of_radii + (rule.types != 0) + (cutoff.value != 0) > 1)
-        refuse_search("of cutoff, radii and table only one may be given");
-    if (rule.greater && (rule.types != 0 || cutoff.value != 0))
-        refuse_search("of radii the greater one may count, and there are none");
-    if (rule.types == 0 && (!a.types.empty() || !b.types.empty()))
-        refuse_search("there are types, but no table");
-    if (rule.types * rule.types != cutoff.table.size())
-        throw Error(ErrorCode::size_mismatch, "a table of " + std::to_string(cutoff.table.size()) +
-                                                  " cutoffs isn't square; give k * k for k types");
-    check_cutoff(cutoff.value, [] { return std::string("the cutoff"); }, Error::no_index);
-    for (std::size_t k = 0; k < cutoff.table.size(); ++k) {
-        check_cutoff(cutoff.table[k], [&] { return "cutoff " + std::to_string(k) + " of the table"; }, k);
-        const std::size_t mirrored = k % rule.types * rule.types + k / rule.types;
-        if (cutoff.table[k] != cutoff.table[mirrored])
-            refuse_search("cutoff " + std::to_string(k) + " of the table is " + number_text(cutoff.table[k]) +
-                              ", and that of the same types in turn " + number_text(cutoff.table[mirrored]),
-                          k);
-        rule.greatest = std::max(rule.greatest, cutoff.table[k]);
-    }
-    const T radius_a = checked_radii(a, rule), radius_b = checked_radii(b, rule);
-    rule.greatest = std::max(rule.greatest, rule(radius_a, 0, radius_b, 0));
-    const T square = rule.greatest * rule.greatest;
-    const bool nobody = a.points.empty() || b.points.empty();
-    if (!nobody && !(square >= std::numeric_limits<T>::min() && square <= std::numeric_limits<T>::max()))
-        refuse_search("the greatest cutoff is " + number_text(rule.greatest) +
-                      "; it must be above 0, and its square within the range of its type");
-    return rule;
-}
-
-template <class T>
-void refuse_second_set(const NeighborCutoff<T>& cutoff)
-{
-    if (!cutoff.radii_b.empty() || !cutoff.types_b.empty())
-        refuse_search("there are radii or types of a second set, and there is one set");
-}
-
-template <int Dim, class T>
-void check_number(const PointSet<Dim, T>& set)
-{
-    if (set.points.size() > std::numeric_limits<std::uint32_t>::max())
-        throw Error(ErrorCode::too_many_objects, std::to_string(set.points.size()) + " points" +
-                                                     set_text(set.name) + " are more than 2^32 - 1");
-}
-template <int Dim, class T>
-void check_points(const PointSet<Dim, T>& set)
-{
-    check_number(set);
-    for (std::size_t i = 0; i < set.points.size(); ++i)
-        for (int d = 0; d < Dim; ++d) {
-            const T x = set.points[i][d];
-            if (std::abs(x) <= std::numeric_limits<T>::max() / 8) continue;
-            throw Error(x != x ? ErrorCode::nan_coordinate : ErrorCode::invalid_argument,
-                        point_text(set.name, i, set.points[i]) +
-                            (x != x
-                                 ? " is NaN; every coordinate must be a number"
-                                 : " is too far away; coordinates reach to an eighth of their type's range"),
-                        i);
-        }
-}
 
 /// Points of similar cutoffs, and their cells, which are about as large as these.
 template <int Dim, class T>
@@ -669,6 +430,53 @@ struct GridPoints
         points.release(), cell.release(), starts.release(), index.release(), periods.release();
         x.release(), y.release(), z.release(), radius.release();
     }
+};
+
+/// A call's points in the cells of one grid.
+template <int Dim, Coordinate T>
+struct PointsInGrid
+{
+    explicit PointsInGrid(std::pmr::memory_resource* memory) : a(memory), second(memory) {}
+
+    NeighborGrid<Dim, T> grid;
+    GridPoints<Dim, T> a, second; ///< one set has the first alone
+    bool two_sets = false;
+    int image_bits = any_bits; ///< of codes
+
+    GridPoints<Dim, T>& b() { return two_sets ? second : a; }
+
+    /// A grid for the call, or an Error.
+    static NeighborGrid<Dim, T> fitted_grid(const Request<Dim, T>& request)
+    {
+        NeighborGrid<Dim, T> fitted;
+        fitted.set_axes(request.cell);
+        const PointSet<Dim, T>* const sets[] = {&request.a, &request.b};
+        if (request.any_points())
+            fitted.fit(std::span(sets).first(request.two_sets ? 2 : 1), request.rule,
+                       static_cast<T>(request.options.skin));
+        return fitted;
+    }
+
+    /// Puts the points into a grid that fits them, if each set has some.
+    void fill(const Request<Dim, T>& request, const NeighborGrid<Dim, T>& fitted)
+    {
+        grid = fitted;
+        two_sets = request.two_sets;
+        if (!request.any_points()) return;
+        image_bits = near_bits;
+        for (int k = 0; k < Dim; ++k)
+            if (grid.repeats[k] && !(grid.reach(static_cast<double>(request.reach()), k) < 1))
+                image_bits = any_bits;
+        const auto in_cell = [&](std::size_t c) { return a.in_cell(c) + (two_sets ? second.in_cell(c) : 0); };
+        do {
+            a.number(request.a, grid);
+            if (two_sets) second.number(request.b, grid);
+        } while (grid.refine(in_cell));
+        a.fill(request.a, grid);
+        if (two_sets) second.fill(request.b, grid);
+    }
+
+    void release() { a.release(), second.release(); }
 };
 
 } // namespace neighbors
