@@ -31,7 +31,7 @@ void with_points(const jostle_closed_mesh* mesh, jostle_space space, const void*
                  const jostle_values* points, const jostle_executor* executor, F&& inside)
 {
     const ClosedMesh& solid = open(mesh).solid;
-    const std::shared_ptr<Executor> kept = keep_executor(executor);
+    const auto kept = executor == nullptr ? nullptr : keep_executor(executor);
     in_space(space, [&](auto in) {
         using T = typename decltype(in)::T;
         if constexpr (decltype(in)::dim != 3) {

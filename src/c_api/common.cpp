@@ -85,7 +85,9 @@ std::shared_ptr<Executor> lent(Executor& executor)
 
 std::shared_ptr<Executor> keep_executor(const jostle_executor* executor)
 {
-    return executor == nullptr ? nullptr : open(executor).executor;
+    if (executor != nullptr) return open(executor).executor;
+    static const std::shared_ptr<Executor> all = std::make_shared<CallExecutor>(lent(default_executor()));
+    return all;
 }
 
 Kept keep(const jostle_options* options)

@@ -42,13 +42,13 @@ void tell(jostle_error* error, jostle_status status, const char* message, std::u
 
 Content::~Content() = default;
 
-Call::Call() noexcept : outer_(of_this_thread())
+Call::Call(const Call* outer) noexcept : outer_(outer), before_(of_this_thread())
 {
     PerThread<Call>::set(this);
 }
 Call::~Call()
 {
-    PerThread<Call>::set(outer_);
+    PerThread<Call>::set(before_);
 }
 Call* Call::of_this_thread() noexcept
 {
@@ -60,6 +60,15 @@ bool Call::is_open_outside(const void* handle) const noexcept
         for (std::size_t i = 0; i < call->count_; ++i)
             if (call->handles_[i] == handle) return true;
     return false;
+}
+
+void CallExecutor::run(std::uint32_t count, FunctionRef<void(std::uint32_t)> task)
+{
+    const Call* const call = Call::of_this_thread();
+    given_->run(count, [&](std::uint32_t i) {
+        const Call within(call);
+        task(i);
+    });
 }
 
 jostle_status report(jostle_error* error) noexcept

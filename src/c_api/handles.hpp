@@ -42,11 +42,14 @@ struct Failure
 jostle_status report(jostle_error* error) noexcept;
 
 /// A call that this thread is in, and the handles that it has opened. A callback may make further calls, but
-/// must neither free nor change what the calls around it go on with.
+/// must neither free nor change what the calls around it go on with. Handles don't count their users instead:
+/// queries from many threads would take turns at one number.
 class Call
 {
   public:
-    Call() noexcept;
+    Call() noexcept : Call(of_this_thread()) {}
+    /// A task of another call, which may be another thread's.
+    explicit Call(const Call* outer) noexcept;
     Call(const Call&) = delete;
     Call& operator=(const Call&) = delete;
     ~Call();
@@ -60,7 +63,8 @@ class Call
     [[nodiscard]] static Call* of_this_thread() noexcept;
 
   private:
-    Call* outer_;
+    const Call* outer_;
+    Call* before_; // on this thread
     std::size_t count_ = 0;
     std::array<const void*, 8> handles_; // no function that calls back has more
 };
@@ -269,17 +273,32 @@ void hand_out(Opaque** out, std::unique_ptr<typename Behind<Opaque>::type> conte
 
 // --- Options ---
 
+/// Whatever thread runs a task, the callbacks in it are within the call that asked for it.
+class CallExecutor final : public Executor
+{
+  public:
+    explicit CallExecutor(std::shared_ptr<Executor> given) noexcept : given_(std::move(given)) {}
+    [[nodiscard]] std::uint32_t concurrency() const noexcept override { return given_->concurrency(); }
+    void run(std::uint32_t count, FunctionRef<void(std::uint32_t)> task) override;
+
+  private:
+    std::shared_ptr<Executor> given_;
+};
+
 class ExecutorContent final : public Content
 {
   public:
-    explicit ExecutorContent(std::shared_ptr<Executor> given) : executor(std::move(given)) {}
+    explicit ExecutorContent(std::shared_ptr<Executor> given)
+        : executor(std::make_shared<CallExecutor>(std::move(given)))
+    {
+    }
     std::shared_ptr<Executor> executor;
 };
 
 /// What a handle was made with, kept as long as it lives.
 struct Kept
 {
-    std::shared_ptr<Executor> executor; // null: the default one
+    std::shared_ptr<Executor> executor; // never null
     std::shared_ptr<std::pmr::memory_resource> memory;
     InstructionSet instruction_set = supported_instruction_sets().front();
     bool all_points = false;
@@ -301,6 +320,7 @@ struct Kept
     }
 };
 Kept keep(const jostle_options* options);
+/// NULL: the default one.
 std::shared_ptr<Executor> keep_executor(const jostle_executor* executor);
 
 // --- Spaces ---

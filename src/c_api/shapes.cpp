@@ -471,7 +471,7 @@ jostle_status jostle_bounds(jostle_space space, const jostle_objects* objects, d
                             jostle_executor* executor, void* boxes, jostle_error* error)
 {
     return guarded(error, [&] {
-        const std::shared_ptr<Executor> kept = keep_executor(executor);
+        const auto kept = executor == nullptr ? nullptr : keep_executor(executor);
         in_space(space, [&](auto in) {
             constexpr int dim = decltype(in)::dim;
             using T = typename decltype(in)::T;

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 // What the C interface refuses, and what it says then; and what has names.
 #include <algorithm>
+#include <atomic>
 #include <functional>
 #include <initializer_list>
 #include <string>
+#include <thread>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -304,6 +306,71 @@ TEST_F(CRefusals, HandlesAreNotFreedInTheirOwnCallbacks)
     OK(jostle_world_free(std::exchange(world, nullptr), &error));
     OK(jostle_index_free(std::exchange(index, nullptr), &error));
     OK(jostle_finder_free(std::exchange(finder, nullptr), &error));
+}
+
+// Threads that aren't the caller's: those of the library, and one of a host's that does everything.
+TEST_F(CRefusals, HandlesAreNotFreedInCallbacksOnOtherThreads)
+{
+    Random random(7);
+    const std::vector<Aabb3f> boxes = random_boxes(random, 20'000, 60);
+    const jostle_boxes given = view(boxes);
+    const jostle_queries queries = queries_of(JOSTLE_BOX, boxes.data(), boxes.size());
+    static std::atomic<int> calls, elsewhere, frees;
+    static std::thread::id here;
+    static std::function<jostle_status()> free_it;
+    here = std::this_thread::get_id();
+    const auto try_it = [] {
+        ++calls;
+        elsewhere += std::this_thread::get_id() == here ? 0 : 1;
+        frees += free_it() == JOSTLE_OK ? 1 : 0;
+    };
+    static const auto do_it = try_it;
+    const auto one_thread = [](void*, std::uint32_t count, void (*task)(void*, std::uint32_t),
+                               void* tasks) -> std::int32_t {
+        std::thread([=] {
+            for (std::uint32_t i = 0; i < count; ++i)
+                task(tasks, i);
+        }).join();
+        return 0;
+    };
+    auto options = options_of<jostle_options>();
+    for (const int kind : {0, 1, 2}) { // the default executor, threads, a host
+        if (kind == 1) {
+            OK(jostle_executor_threads(4, &executor, &error));
+        } else if (kind == 2) {
+            OK(jostle_executor_free(std::exchange(executor, nullptr), &error));
+            OK(jostle_executor_callback(2, one_thread, nullptr, &executor, &error));
+        }
+        options.executor = executor;
+        calls = elsewhere = 0;
+        OK(jostle_finder_new(&options, &finder, &error));
+        free_it = [&] { return jostle_finder_free(finder, nullptr); };
+        auto filter = options_of<jostle_filter>();
+        filter.accept = [](void*, std::uint32_t, std::uint32_t) -> std::int32_t {
+            do_it();
+            return 1;
+        };
+        jostle_blocks pairs{};
+        OK(jostle_finder_find(finder, JOSTLE_3F, &given, nullptr, &filter, JOSTLE_CANONICAL, &pairs, &error));
+        EXPECT_GT(pairs.count, 1000u);
+        OK(jostle_index_new(JOSTLE_3F, &options, &index, &error));
+        OK(jostle_index_build(index, nullptr, &given, &error));
+        free_it = [&] { return jostle_index_clear(index, nullptr); };
+        auto query_filter = options_of<jostle_query_filter>();
+        query_filter.accept = [](void*, std::uint32_t, std::uint64_t) -> std::int32_t {
+            do_it();
+            return 1;
+        };
+        OK(jostle_index_all(index, &queries, nullptr, &query_filter, UINT64_MAX, results, &error));
+        EXPECT_GT(calls, 20'000);
+        if (kind == 2) {
+            EXPECT_EQ(elsewhere, calls);
+        }
+        EXPECT_EQ(frees, 0);
+        OK(jostle_index_free(std::exchange(index, nullptr), &error));
+        OK(jostle_finder_free(std::exchange(finder, nullptr), &error));
+    }
+    free_it = nullptr;
 }
 
 // Memory that the call around a callback reads mustn't move, and its results aren't another call's.

@@ -289,13 +289,8 @@ TEST_F(CSurfaces, EndWithTheNumberOfACallbackThatFailed)
     parts.triangles = triangles, parts.triangle_count = 2;
     jostle_surface* surface = nullptr;
     OK(jostle_surface_new(&parts, &surface, &error));
-    // On one thread: on the others a callback isn't seen to be within a call.
-    jostle_executor* executor = nullptr;
-    OK(jostle_executor_serial(&executor, &error));
-    auto common = options_of<jostle_options>();
-    common.executor = executor;
     jostle_surface_finder* finder = nullptr;
-    OK(jostle_surface_finder_new(JOSTLE_3F, &common, &finder, &error));
+    OK(jostle_surface_finder_new(JOSTLE_3F, nullptr, &finder, &error));
     auto options = options_of<jostle_surface_options>();
     options.context = finder;
     const auto fail = [](void*, std::uint32_t, std::uint32_t) { return std::int32_t{-42}; };
@@ -319,7 +314,6 @@ TEST_F(CSurfaces, EndWithTheNumberOfACallbackThatFailed)
     }
     OK(jostle_surface_finder_free(finder, &error));
     OK(jostle_surface_free(surface, &error));
-    OK(jostle_executor_free(executor, &error));
 }
 
 } // namespace
