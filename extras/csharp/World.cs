@@ -134,6 +134,31 @@ namespace Jostle
                     &error), &error);
             }
         }
+        /// <summary>A filter for each box.</summary>
+        public void Add(Boxes boxes, Span<ObjectId> ids, ReadOnlySpan<ObjectFilter> filters)
+        {
+            boxes.Expect(Space, "a world");
+            if (ids.Length != boxes.Count) throw Differ(ids.Length, "ids", boxes.Count, "boxes");
+            if (filters.Length != boxes.Count) throw Differ(filters.Length, "filters", boxes.Count, "boxes");
+            Native.jostle_object_options[] options = new Native.jostle_object_options[filters.Length];
+            Native.jostle_error error;
+            fixed (byte* min = boxes.Min)
+            fixed (byte* max = boxes.Max)
+            fixed (ObjectId* given = ids)
+            fixed (ObjectFilter* filter = filters)
+            fixed (Native.jostle_object_options* first = options)
+            {
+                for (int i = 0; i < options.Length; ++i)
+                {
+                    options[i].struct_size = (ulong)sizeof(Native.jostle_object_options);
+                    options[i].filter = (Native.jostle_object_filter*)(filter + i);
+                    options[i].count = (ulong)options.Length;
+                }
+                Native.jostle_boxes view = boxes.At(min, max);
+                JostleException.Check(Native.jostle_world_add(handle, &view, first, (ulong*)given, &error),
+                    &error);
+            }
+        }
         public ObjectId Add(Box3 box) { return Add(box, ObjectFilter.All); }
         public ObjectId Add(Box3 box, ObjectFilter filter, double margin = 0)
         {

@@ -768,8 +768,8 @@ export interface World extends Disposable, Verbs<Float64Array, QueryFilter> {
   /** Every index is less than this. */
   readonly indexEnd: number;
 
-  /** As many new objects as boxes; their ids are good at once. */
-  add(boxes: Floats, options?: AddOptions): Float64Array;
+  /** As many new objects as boxes; their ids are good at once. Options of all, or an array of each one's. */
+  add(boxes: Floats, options?: AddOptions | readonly AddOptions[]): Float64Array;
   /** Removes these objects, or none of them if one doesn't exist. */
   remove(ids: Ids): void;
   /**

@@ -193,6 +193,35 @@ namespace Jostle.Tests
             }
         }
 
+        public static void FiltersOfEach()
+        {
+            Random random = new Random(3);
+            Box3[] boxes = new Box3[60];
+            ObjectFilter[] filters = new ObjectFilter[60];
+            for (int i = 0; i < 60; ++i)
+            {
+                float x = random.Next(20), y = random.Next(4);
+                boxes[i] = new Box3(new Vec3(x, y, 0), new Vec3(x + 1, y + 1, 1));
+                filters[i] = new ObjectFilter { Category = 1u << random.Next(3), Mask = (uint)random.Next(8),
+                    Owner = (uint)random.Next(20), IsStatic = random.Next(4) == 0 };
+            }
+            using (World many = new World(), one = new World())
+            {
+                ObjectId[] ids = new ObjectId[60];
+                many.Add(boxes, ids, filters);
+                for (int i = 0; i < 60; ++i)
+                    Expect.Same(ids[i], one.Add(boxes[i], filters[i]), "the id");
+                many.Add(default(Boxes), new ObjectId[0], default(ReadOnlySpan<ObjectFilter>));
+                many.Update();
+                one.Update();
+                Expect.True(one.Began.Count > 10, "pairs");
+                Expect.True(Convert.ToBase64String(one.Save()) == Convert.ToBase64String(many.Save()),
+                    "one world isn't the other");
+                Expect.Throws<JostleException>(() => many.Add(boxes, ids, new ObjectFilter[59]), "59 filters",
+                    "60 boxes");
+            }
+        }
+
         public static void SaveAndRestore()
         {
             using (World world = new World(), other = new World())

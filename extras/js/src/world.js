@@ -69,23 +69,30 @@ export class World extends Owned {
   }
 
   add(boxes, given) {
-    const core = this.core, options = options_of(given);
+    const core = this.core;
     return core.within(() => {
       const rows = this.#rows(boxes, "boxes", 2 * this.dim);
-      const enabled = flag(options.enabled ?? true, "enabled");
-      const made = core.struct(C.jostle_object_options),
-        filter = core.scratch.take(C.jostle_object_filter.sizeof);
-      write_filter(core, filter, options);
-      core.data.setUint32(made + C.jostle_object_options.filter, filter, true);
-      core.data.setFloat64(
-        made + C.jostle_object_options.margin,
-        number(options.margin ?? 0, "margin"),
-        true,
-      );
-      core.data.setInt32(made + C.jostle_object_options.disabled, enabled ? 0 : 1, true);
+      const each = Array.isArray(given);
+      if (each && given.length !== rows.count)
+        refuse(`there are ${rows.count} boxes and ${given.length} options`, "size_mismatch");
+      const all = each ? given : [given], size = C.jostle_object_options.sizeof;
+      const made = core.scratch.take(size * all.length),
+        filters = core.scratch.take(C.jostle_object_filter.sizeof * all.length);
+      core.bytes.fill(0, made, made + size * all.length);
+      all.forEach((of, i) => {
+        const filter = filters + i * C.jostle_object_filter.sizeof;
+        write_options(core, made + i * size, filter, of, each ? `options[${i}]` : undefined);
+      });
+      if (each) core.data.setBigUint64(made + C.jostle_object_options.count, BigInt(all.length), true);
       const ids = core.scratch.take(8 * rows.count);
       core.with_values([rows], this.dim, () =>
-        core.call("jostle_world_add", this.pointer, core.boxes(rows, this.dim), made, ids),
+        core.call(
+          "jostle_world_add",
+          this.pointer,
+          core.boxes(rows, this.dim),
+          all.length === 0 ? 0 : made,
+          ids,
+        ),
       );
       return core.numbers(ids, rows.count);
     });
@@ -577,9 +584,20 @@ function flag(given, what) {
 function order(sequence = 0) {
   return whole(sequence, "sequence");
 }
-function write_filter(core, at, { category = 1, mask = 0xffffffff, owner = 0xffffffff, isStatic = false }) {
-  core.data.setUint32(at + C.jostle_object_filter.category, whole(category, "category"), true);
-  core.data.setUint32(at + C.jostle_object_filter.mask, whole(mask, "mask"), true);
-  core.data.setUint32(at + C.jostle_object_filter.owner, whole(owner, "owner"), true);
-  core.data.setInt32(at + C.jostle_object_filter.is_static, flag(isStatic, "isStatic") ? 1 : 0, true);
+/** What new objects are like, into zeros. `where`: what the caller calls these options. */
+function write_options(core, at, filter, given, where) {
+  const options = options_of(given, where), of = where === undefined ? "" : `${where}.`;
+  const to = C.jostle_object_options;
+  write_filter(core, filter, options, of);
+  core.data.setBigUint64(at + to.struct_size, BigInt(to.sizeof), true);
+  core.data.setUint32(at + to.filter, filter, true);
+  core.data.setFloat64(at + to.margin, number(options.margin ?? 0, `${of}margin`), true);
+  core.data.setInt32(at + to.disabled, flag(options.enabled ?? true, `${of}enabled`) ? 0 : 1, true);
+}
+function write_filter(core, at, options, of = "") {
+  const { category = 1, mask = 0xffffffff, owner = 0xffffffff, isStatic = false } = options;
+  core.data.setUint32(at + C.jostle_object_filter.category, whole(category, `${of}category`), true);
+  core.data.setUint32(at + C.jostle_object_filter.mask, whole(mask, `${of}mask`), true);
+  core.data.setUint32(at + C.jostle_object_filter.owner, whole(owner, `${of}owner`), true);
+  core.data.setInt32(at + C.jostle_object_filter.is_static, flag(isStatic, `${of}isStatic`) ? 1 : 0, true);
 }

@@ -185,6 +185,10 @@ test("worlds, indexes and contacts", async () => {
   refuses(() => world.add(Float64Array.from(good)), /boxes is a Float64Array: it must be Float32Array/);
   refuses(() => world.add(good, { category: -1 }), /category is -1/);
   refuses(() => world.add(good, { category: 2 ** 32 }), /category is 4294967296: .* from 0 to 4294967295/);
+  refuses(() => world.add(good, [{}, { owner: 0.5 }]), /options\[1\]\.owner is 0\.5/);
+  refuses(() => world.add(good, [{}, 7]), /options\[1\] are 7: they must be an object/);
+  refuses(() => world.add(good, [{}, { margin: -1 }]), /margin -1 of new object 1/, { index: 1 });
+  refuses(() => world.add(good, [{}]), /there are 2 boxes and 1 options/, { status: "size_mismatch" });
   refuses(() => world.restore(new Uint8Array(7)), /snapshot/, { status: "bad_snapshot" });
   refuses(() => world.all({}), /queries are a Object/);
   refuses(() => world.all({ boxes: good.subarray(1) }), /boxes has 11 numbers/, { status: "size_mismatch" });
@@ -524,7 +528,8 @@ for (const [kind, loaded] of Object.entries(modules)) {
     }
     refuses(() => world.join(good, { accept: 0 }), /^0 is no function/);
     for (const options of [5, [], false]) {
-      refuses(() => world.add(good, options), /^options are .*: they must be an object/);
+      if (!Array.isArray(options)) // which add takes
+        refuses(() => world.add(good, options), /^options are .*: they must be an object/);
       refuses(() => new jostle.World(options), /^options are /);
       for (const asked of [index, world]) {
         refuses(() => asked.all({ boxes: good }, options), /^options are /);

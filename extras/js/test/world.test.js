@@ -13,6 +13,31 @@ const pairs_of = (numbers) => {
 };
 
 for (const [kind, loaded] of Object.entries(modules)) {
+  test(`one options for each new box are those of as many adds: ${kind}`, async () => {
+    const jostle = await loaded();
+    const count = 60, boxes = random_boxes(count, 3, 3), next = random(7);
+    const options = Array.from({ length: count }, () => ({
+      category: 1 << Math.floor(3 * next()),
+      mask: Math.floor(8 * next()),
+      owner: Math.floor(20 * next()),
+      isStatic: next() < 0.3,
+      margin: next(),
+      enabled: next() < 0.8,
+    }));
+    const many = new jostle.World({ dim: 3 }), one = new jostle.World({ dim: 3 });
+    assert.deepEqual(
+      many.add(boxes, options),
+      Float64Array.from(options, (of, i) => one.add(boxes.subarray(6 * i, 6 * i + 6), of)[0]),
+    );
+    assert.equal(many.add(boxes.subarray(0, 0), []).length, 0);
+    many.update();
+    one.update();
+    assert.ok(one.pairs().length > 20);
+    assert.deepEqual(many.save(), one.save());
+    many.dispose();
+    one.dispose();
+  });
+
   test(`events are what changes from one frame's pairs to the next: ${kind}`, async () => {
     const jostle = await loaded();
     for (const [dim, type, Array] of [[2, "float32", Float32Array], [3, "float64", Float64Array]]) {

@@ -91,6 +91,12 @@ pub struct ObjectOptions {
     /// Your own: see [`World::user_data`].
     pub user_data: u64,
 }
+/// One for all objects, where there may be one for each.
+impl AsRef<[ObjectOptions]> for ObjectOptions {
+    fn as_ref(&self) -> &[ObjectOptions] {
+        std::slice::from_ref(self)
+    }
+}
 
 /// What a world is made with.
 ///
@@ -261,30 +267,37 @@ impl<T: Coordinate<D>, const D: usize> World<T, D> {
     /// # Errors
     /// As of `add`.
     pub fn add_many<'b>(&self, boxes: impl Into<Boxes<'b, T, D>>) -> Result<Vec<Id>, Error> {
-        self.add_with(boxes, &ObjectOptions::default())
+        self.add_with(boxes, &[] as &[ObjectOptions])
     }
-    /// The same with a filter and so on, for all of them.
+    /// The same with a filter and so on: `&options` for all of them, or a slice with one for each, or with
+    /// none.
     ///
     /// # Errors
-    /// As of `add`, and a margin that is negative, infinite or NaN.
+    /// As of `add`, and a margin that is negative, infinite or NaN; a slice of any other length.
     pub fn add_with<'b>(
         &self,
         boxes: impl Into<Boxes<'b, T, D>>,
-        given: &ObjectOptions,
+        given: impl AsRef<[ObjectOptions]>,
     ) -> Result<Vec<Id>, Error> {
         let boxes = boxes.into();
-        let filter = given.filter.raw();
-        let options = ffi::jostle_object_options {
-            struct_size: size_of::<ffi::jostle_object_options>() as u64,
-            filter: &filter,
-            margin: given.margin,
-            disabled: given.disabled.into(),
-            user_data: given.user_data,
-            count: 0,
-        };
+        let given = given.as_ref();
+        let filters: Vec<_> = given.iter().map(|each| each.filter.raw()).collect();
+        let options: Vec<_> = given
+            .iter()
+            .zip(&filters)
+            .map(|(each, filter)| ffi::jostle_object_options {
+                struct_size: size_of::<ffi::jostle_object_options>() as u64,
+                filter,
+                margin: each.margin,
+                disabled: each.disabled.into(),
+                user_data: each.user_data,
+                count: given.len() as u64,
+            })
+            .collect();
+        let first = if options.is_empty() { std::ptr::null() } else { options.as_ptr() };
         let mut ids: Vec<Id> = Vec::with_capacity(boxes.len());
         call(|error| unsafe {
-            ffi::jostle_world_add(self.handle, &boxes.raw, &options, ids.as_mut_ptr().cast(), error)
+            ffi::jostle_world_add(self.handle, &boxes.raw, first, ids.as_mut_ptr().cast(), error)
         })?;
         // SAFETY: so many were written, and none is 0.
         unsafe { ids.set_len(boxes.len()) };

@@ -523,6 +523,42 @@ fn queries() {
 }
 
 #[test]
+fn options_of_each_are_those_of_as_many_adds() {
+    let mut random = Random(5);
+    let rows: Vec<_> = (0..60).map(|_| box_of::<3>(&mut random, false, 3.0)).collect();
+    let options: Vec<_> = (0..60)
+        .map(|_| ObjectOptions {
+            filter: ObjectFilter {
+                category: 1 << random.below(3),
+                mask: random.below(8) as u32,
+                owner: random.below(20) as u32,
+                is_static: random.below(4) == 0,
+            },
+            margin: random.below(3) as f64 / 4.0,
+            disabled: random.below(5) == 0,
+            user_data: random.bits(),
+        })
+        .collect();
+    let (mut many, mut one) = (World3f::new(), World3f::new());
+    let ids = many.add_with(&rows, &options).unwrap();
+    for (i, id) in ids.iter().enumerate() {
+        assert_eq!(one.add_with(&rows[i..i + 1], &options[i]).unwrap(), [*id]);
+        assert_eq!(many.user_data(*id), Ok(options[i].user_data));
+    }
+    many.update().unwrap();
+    one.update().unwrap();
+    assert!(one.began().len() > 10);
+    assert_eq!(many.began(), one.began());
+    assert_eq!(many.save(), one.save());
+    let error = many.add_with(&rows, &options[1..]).unwrap_err();
+    assert!(error.to_string().contains("there are 60 boxes and 59 options"), "{error}");
+    let mut wrong = options.clone();
+    wrong[7].margin = -1.0;
+    let error = many.add_with(&rows, &wrong).unwrap_err();
+    assert!(error.to_string().contains("margin -1 of new object 7"), "{error}");
+}
+
+#[test]
 fn layers_and_owners_of_queries() {
     let mut world = World2f::new();
     let row = [[0.0, 0.0], [1.0, 1.0]];
