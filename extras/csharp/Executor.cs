@@ -23,9 +23,10 @@ namespace Jostle
         public static unsafe Executor Threads(int threads = 0)
         {
             Library.Require();
+            if (threads < 0) throw new ArgumentOutOfRangeException("threads", threads, "at least 0");
             ExecutorHandle handle;
             Native.jostle_error error;
-            JostleException.Check(Native.jostle_executor_threads(checked((uint)threads), out handle, &error),
+            JostleException.Check(Native.jostle_executor_threads((uint)threads, out handle, &error),
                 &error);
             return new Executor(handle);
         }

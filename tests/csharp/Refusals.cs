@@ -275,7 +275,7 @@ namespace Jostle.Tests
             Expect.Throws<JostleException>(() => new Shapes(5), "5");
             Expect.Throws<JostleException>(() => new World((Space)9), "9");
             Expect.Throws<JostleException>(() => new World(Space.Float3, double.NaN), "margin");
-            Expect.Throws<OverflowException>(() => Executor.Threads(-1));
+            Expect.Throws<ArgumentOutOfRangeException>(() => Executor.Threads(-1), "threads", "-1");
         }
 
         /// Structs that nobody filled in: refused, or empty, but never read.
