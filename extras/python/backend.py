@@ -117,6 +117,7 @@ def prepare_metadata_for_build_wheel(metadata_directory: str, config_settings: d
 def build_wheel(wheel_directory: str, config_settings: dict | None = None, metadata_directory: str | None = None) -> str:
     info = f"jostle-{version()}.dist-info"
     files: dict[str, bytes] = {}
+    pathlib.Path(wheel_directory).mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as scratch:
         module = _compile(pathlib.Path(scratch), dict(config_settings or {}))
         for file in sorted((HERE / "jostle").iterdir()):

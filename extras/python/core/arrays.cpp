@@ -48,7 +48,10 @@ Boxes boxes_of(const py::array& array, const char* name, std::optional<jostle_sp
     }
     if (dim != 2 && dim != 3)
         refuse(std::string(name) + " has the shape " + shape_text(array) +
-               ": it must be (n, 2, d) or (n, 2 d), with d 2 or 3, lower bounds before upper ones");
+               ": it must be (n, 2, d) or (n, 2 d), with d 2 or 3, lower bounds before upper ones" +
+               (array.ndim() == 2 && (array.shape(1) == 2 || array.shape(1) == 3)
+                    ? "; make one array of two by numpy.stack([lo, hi], axis=1)"
+                    : ""));
     boxes.space = space_of(dim, single);
     if (wanted && *wanted != boxes.space)
         refuse(std::string(name) + " is " + std::to_string(dim) + "D " + (single ? "float32" : "float64") +

@@ -1,10 +1,23 @@
 // SPDX-License-Identifier: MIT
-#include <array>
 #include <optional>
+#include <span>
+#include <vector>
 
 #include "core/world.hpp"
 
 namespace jostle_python {
+namespace {
+
+/// Rows of category, mask, owner, and whether it is static.
+std::span<const jostle_object_filter> filters_of(const U32& filters)
+{
+    static_assert(sizeof(jostle_object_filter) == 16);
+    if (filters.ndim() != 2 || filters.shape(1) != 4) refuse("filters must be (n, 4)");
+    return {reinterpret_cast<const jostle_object_filter*>(filters.data()),
+            static_cast<std::size_t>(filters.shape(0))};
+}
+
+} // namespace
 
 void define_objects(py::class_<World>& world)
 {
@@ -22,23 +35,25 @@ void define_objects(py::class_<World>& world)
                  return self.read_any_time<std::uint64_t>(ids, jostle_world_user_data);
              })
         .def("add",
-             [](World& self, const Array& boxes, std::optional<std::array<std::uint32_t, 4>> filter,
-                double margin, bool enabled) {
+             [](World& self, const Array& boxes, const U32& filters, const F64& margins,
+                const Packed<std::uint8_t>& enabled) {
                  const Boxes given = boxes_of(boxes, "boxes", self.space);
-                 jostle_object_filter wish{};
-                 jostle_object_options options{};
-                 options.struct_size = sizeof options;
-                 options.margin = margin;
-                 options.disabled = enabled ? 0 : 1;
-                 if (filter) {
-                     wish = {(*filter)[0], (*filter)[1], (*filter)[2],
-                             static_cast<std::int32_t>((*filter)[3])};
-                     options.filter = &wish;
+                 const auto of = filters_of(filters); // of all boxes if there is one, else of each
+                 want_length(margins, of.size(), "margins");
+                 want_length(enabled, of.size(), "enabled");
+                 std::vector<jostle_object_options> options(of.size());
+                 for (std::size_t i = 0; i < of.size(); ++i) {
+                     options[i].struct_size = sizeof options[i];
+                     options[i].filter = &of[i];
+                     options[i].margin = margins.data()[i];
+                     options[i].disabled = enabled.data()[i] != 0 ? 0 : 1;
+                     options[i].count = of.size();
                  }
                  U64 ids(static_cast<py::ssize_t>(given.view.count));
                  std::uint64_t* const out = ids.mutable_data();
+                 const auto* const first = options.empty() ? nullptr : options.data();
                  call([&](jostle_error* error) {
-                     return jostle_world_add(self.handle.get(), &given.view, &options, out, error);
+                     return jostle_world_add(self.handle.get(), &given.view, first, out, error);
                  });
                  return ids;
              })
@@ -72,11 +87,9 @@ void define_objects(py::class_<World>& world)
              })
         .def("set_filter",
              [](World& self, const U64& ids, const U32& filters, std::uint32_t sequence) {
-                 static_assert(sizeof(jostle_object_filter) == 16);
-                 if (filters.ndim() != 2 || filters.shape(1) != 4 ||
-                     static_cast<std::uint64_t>(filters.shape(0)) != length_of(ids, "ids"))
-                     refuse("filters must be as many as ids");
-                 const auto* const data = reinterpret_cast<const jostle_object_filter*>(filters.data());
+                 const auto of = filters_of(filters);
+                 if (of.size() != length_of(ids, "ids")) refuse("filters must be as many as ids");
+                 const jostle_object_filter* const data = of.data();
                  self.with_ids(ids, [&](auto*, auto* first, auto count, auto* error) {
                      return jostle_world_set_filter(self.handle.get(), first, count, data, sequence, error);
                  });

@@ -76,24 +76,10 @@ class World(Verbs):
         """Adds objects and returns their ids, (n,) uint64, which are valid at once. Each of the other arguments is one value for
         all objects, or one for each."""
         given = self._boxes(boxes)
-        filter = (category, mask, owner, is_static)
-        if all(_arrays.array(value).ndim == 0 for value in (*filter, margin, enabled)):
-            names = (_arrays.whole(value, name) for name, value in (("category", category), ("mask", mask), ("owner", owner)))
-            return self._core.add(given, (*names, int(_arrays.flags(is_static, "is_static", 1)[0])), float(_arrays.numbers(margin, "margin")),
-                                   bool(_arrays.flags(enabled, "enabled", 1)[0]))
-        count = 1 if given.shape == (2, self.dim) else len(given)
-        filters = _filters(count, *filter)
-        margins = _arrays.per_object(_arrays.numbers(margin, "margin"), "margin", count)
-        enabled = _arrays.flags(enabled, "enabled", count)
-        ids = self._core.add(given, None, 0.0, True)
-        try:
-            self._core.set_filter(ids, filters, 0)
-            self._core.set_margin(ids, margins, 0)
-            self._core.set_enabled(ids, enabled, 0)
-        except BaseException:
-            self._core.remove(ids)
-            raise
-        return ids
+        of_all = all(_arrays.array(value).ndim == 0 for value in (category, mask, owner, is_static, margin, enabled))
+        count = 1 if of_all or given.shape == (2, self.dim) else len(given)
+        return self._core.add(given, _filters(count, category, mask, owner, is_static),
+                              _arrays.per_object(_arrays.numbers(margin, "margin"), "margin", count), _arrays.flags(enabled, "enabled", count))
 
     def remove(self, ids: Any) -> None:
         """Removes these objects, or none of them if one doesn't exist."""
