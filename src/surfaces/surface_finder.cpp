@@ -65,17 +65,19 @@ auto places_of(const std::array<std::uint32_t, N>& vertices, std::span<const Vec
     return [&vertices, positions](std::size_t k) -> const Vec<3, T>& { return positions[vertices[k]]; };
 }
 
-/// The box around some vertices and, with `to`, around where they move to; grown on all sides, outwards where
-/// that rounds.
+/// The box around some vertices and, with `to`, around where they move to; grown on all sides by `grown` and
+/// a part of its longest side, outwards where that rounds.
 template <class T, std::size_t N>
 Aabb<3, T> box_around(const std::array<std::uint32_t, N>& vertices, std::span<const Vec<3, T>> positions,
-                      std::span<const Vec<3, T>> to, T grown)
+                      std::span<const Vec<3, T>> to, T grown, T part)
 {
     Aabb<3, T> box{positions[vertices[0]], positions[vertices[0]]};
     for (const std::uint32_t vertex : vertices) {
         box = {min(box.lo, positions[vertex]), max(box.hi, positions[vertex])};
         if (!to.empty()) box = {min(box.lo, to[vertex]), max(box.hi, to[vertex])};
     }
+    if (part != 0)
+        grown += part * std::max({box.hi[0] - box.lo[0], box.hi[1] - box.lo[1], box.hi[2] - box.lo[2]});
     if (grown == 0) return box;
     for (int d = 0; d < 3; ++d) {
         const T spare = std::max({std::abs(box.lo[d]), std::abs(box.hi[d]), grown}) *
@@ -196,9 +198,10 @@ struct SurfaceFinder<T>::Implementation
 
     [[nodiscard]] ProcessOptions work() const { return {options.executor, 0}; }
 
-    /// The boxes of some parts, each grown by `grown` and its thickness.
+    /// The boxes of some parts, each grown by `grown`, its thickness, and a part of its longest side.
     template <class Parts>
-    void put_boxes(const Search& search, const Parts& parts, T grown, std::pmr::vector<Aabb<3, T>>& boxes)
+    void put_boxes(const Search& search, const Parts& parts, T grown, std::pmr::vector<Aabb<3, T>>& boxes,
+                   T part = 0)
     {
         boxes.resize(parts.size());
         process_items(
@@ -206,8 +209,8 @@ struct SurfaceFinder<T>::Implementation
             [&](std::uint64_t begin, std::uint64_t end, Work) {
                 for (std::uint64_t k = begin; k < end; ++k) {
                     const auto vertices = vertices_of_part(parts[k]);
-                    boxes[k] =
-                        box_around(vertices, search.positions, search.to, grown + search.thickness(vertices));
+                    boxes[k] = box_around(vertices, search.positions, search.to,
+                                          grown + search.thickness(vertices), part);
                 }
             },
             work());
@@ -457,7 +460,10 @@ void SurfaceFinder<T>::Implementation::find_crossings(const Search& search)
             return out;
         });
     };
-    put_boxes(search, surface.edges(), T(0), boxes_a);
+    // Neighbours' boxes have a vertex in common, at which they often do no more than touch. Whether boxes
+    // touch or are just apart is the dearest question to the search; so they overlap a little, and it needn't
+    // ask.
+    put_boxes(search, surface.edges(), T(0), boxes_a, T(1) / 512);
     put_boxes(search, surface.triangles(), T(0), boxes_b);
     PairFinderAccess::find(finder, box_view(boxes_a), box_view(boxes_b), select, pairs);
     make_all(crossings, [](std::span<const Pair> run, Crossing* to) {
