@@ -52,8 +52,8 @@ HWY_ATTR HWY_INLINE Mask<float> beyond(const Polygon<float, corners>& polygon, c
     return all;
 }
 
-/// Of a shaken cloth's pairs (decision 71) one step tells 70 in 100, two tell 92, four 96, eight 96.
-constexpr int steps = 4;
+/// Of a shaken cloth's pairs (decision 71) one step tells 86 in 100, two tell 93, eight 94.
+constexpr int steps = 3;
 
 template <int corners>
 HWY_ATTR HWY_INLINE Mask<float> stay_apart(const Motion<float, corners>& motion, Float apart)
@@ -61,9 +61,10 @@ HWY_ATTR HWY_INLINE Mask<float> stay_apart(const Motion<float, corners>& motion,
     const Float one = Float(1);
     Float time = Float(0);
     for (int step = 0; step < steps; ++step) {
-        const Polygon<float, corners> now = motion.at(min(time, one));
+        // From the middle of what is left, parts turn half as far as from its beginning.
+        const Polygon<float, corners> middle = motion.at(min((time + one) * Float(0.5f), one));
         const Float before = time;
-        for (const Point<float>& direction : {nearest_of(now).point, toward_face(now)})
+        for (const Point<float>& direction : {nearest_of(middle).point, toward_face(middle)})
             time = max(time, motion.clear_until(direction, before, apart));
         if (!any((time > before) & (time <= one))) break;
     }
