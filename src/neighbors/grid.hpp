@@ -43,6 +43,8 @@ struct NeighborGrid
     // The points of a cell share their candidates, which are collected once. So a cell should have several
     // points; but a larger cell has more candidates that are too far away.
     static constexpr double wanted_in_cell = 24;
+    // So few points, of which there are no images, are tested sooner than divided.
+    static constexpr std::size_t few_points = 128;
     static constexpr double least_edge = 1 + 1e-9; // of cutoffs: then the next cells are enough
     static constexpr int most_levels = 24;         // the last has all smaller ones
 
@@ -208,6 +210,8 @@ struct NeighborGrid
             for (int k = 0; k < Dim; ++k)
                 per_cutoff *= std::min(1.0, reach(each.cutoff, k) / (repeats[k] ? 1 : high[k] - low[k]));
             each.edge = std::clamp(std::pow(wanted_in_cell / per_cutoff, 1.0 / Dim), least_edge, 8.0);
+            const bool open = std::none_of(repeats, repeats + Dim, [](bool is) { return is; });
+            if (open && level_count == 1 && each.points <= few_points) each.edge = 8;
         }
         divide();
     }
