@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Neighbour lists: points in the cells of a grid, rows found by a search of cells or chosen from a list that a
-// skin has kept.
+// Neighbour lists: points in the cells of a grid, and rows that a search of cells finds, or that are chosen
+// from a list that a skin has kept.
 #include "jostle/neighbors.hpp"
 
 #include <algorithm>
