@@ -5,7 +5,9 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "jostle/contact.hpp"
@@ -262,6 +264,74 @@ TEST(Impact, IsNeverLaterThanItsTwinInSpace)
 TEST(Impact, IsNeverLaterThanItsTwinInThePlane)
 {
     compare_with_twin<2>(3000, 22);
+}
+
+/// A small body at the end of a long arm, of each kind that parts are found of in another way.
+template <int Dim>
+struct Swinging
+{
+    Vec<Dim, double> arm = {};
+    std::unique_ptr<ConvexHull<Dim>> hull;
+    std::unique_ptr<Mesh<Dim>> mesh;
+    std::unique_ptr<Compound<Dim>> compound;
+
+    explicit Swinging(Random& random)
+    {
+        arm[0] = random.uniform(5, 10);
+        std::vector<Vec<Dim, double>> around;
+        std::vector<typename Mesh<Dim>::Element> elements;
+        for (std::uint32_t i = 0; i < 8; ++i) {
+            around.push_back(arm);
+            for (double& x : around.back())
+                x += random.uniform(-0.2, 0.2);
+            for (std::uint32_t& corner : elements.emplace_back())
+                corner = random.below(8);
+        }
+        const typename Compound<Dim>::Child child{Shape<Dim>::sphere(0.2), Pose<Dim, double>{arm}};
+        hull = std::make_unique<ConvexHull<Dim>>(around);
+        mesh = std::make_unique<Mesh<Dim>>(around, elements);
+        compound = std::make_unique<Compound<Dim>>(std::span(&child, 1));
+    }
+    [[nodiscard]] std::vector<Shape<Dim>> shapes() const { return {*hull, *mesh, *compound}; }
+};
+
+/// Half a turn takes what is at the end of an arm to twice the arm's length from where it was. What waits
+/// there is met, whichever of the two turns.
+template <int Dim>
+void swing_onto_what_waits(std::uint64_t seed)
+{
+    Random random(seed);
+    const double tolerance = 1e-3;
+    Vec<Dim, double> half;
+    for (double& x : half)
+        x = 0.3;
+    const Motion<Dim, double> none{};
+    for (int round = 0; round < 60; ++round) {
+        const Swinging<Dim> swinging(random);
+        const double angle = random.uniform(1.5, 3.1), tilt = random.uniform(-3.2, 3.2);
+        Motion<Dim, double> turning = none, waiting = none;
+        if constexpr (Dim == 3)
+            turning.angular = {0, angle * std::cos(tilt), angle * std::sin(tilt)};
+        else
+            turning.angular = {tilt < 0 ? -angle : angle};
+        const double meets = random.uniform(0.8, 1);
+        waiting.pose.position = at(turning, meets).transform(swinging.arm);
+        for (const Shape<Dim>& body : swinging.shapes())
+            for (const Shape<Dim>& other : {Shape<Dim>::sphere(0.5), Shape<Dim>::rounded_box(half, 0.2)}) {
+                const auto hit = time_of_impact(body, turning, other, waiting, tolerance);
+                ASSERT_TRUE(hit) << round << ": shape of type " << body.type() << ", by " << angle;
+                EXPECT_LE(hit->time, meets);
+                EXPECT_LE(gap_at(body, turning, other, waiting, hit->time), 1.001 * tolerance);
+            }
+    }
+}
+TEST(Impact, IsFoundAtTheOtherEndOfATurnInSpace)
+{
+    swing_onto_what_waits<3>(51);
+}
+TEST(Impact, IsFoundAtTheOtherEndOfATurnInThePlane)
+{
+    swing_onto_what_waits<2>(52);
 }
 
 double seconds(const std::chrono::steady_clock::time_point& since)
