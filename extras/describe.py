@@ -143,7 +143,7 @@ def describe():
         for entry in described[kind]:
             for part in entry["parameters"]:
                 # A handle is given, whatever is done with what it stands for; so is a callback's context.
-                if part["type"].rstrip("*") in handles and part["type"].count("*") == 1 or part["name"] == "context":
+                if part["type"].rstrip("*") in handles and part["type"].count("*") == 1 or part["name"] in ("context", "handle"):
                     part["direction"] = "in"
     for kind in ("types", "handles", "structs", "callbacks", "functions"):
         for entry in described[kind]:
@@ -158,7 +158,6 @@ def faults(described):
     handles = {handle["name"] for handle in described["handles"]}
     known = {"void", "char", "float", "double", "int32_t", "int64_t", "uint8_t", "uint32_t", "uint64_t", "function"}
     known |= {entry["name"] for kind in ("types", "handles", "structs", "callbacks") for entry in described[kind]}
-    functions = {entry["name"] for entry in described["functions"]}
     for function in described["functions"]:
         name, parameters = function["name"], function["parameters"]
         if not name.startswith("jostle_"):
@@ -183,9 +182,6 @@ def faults(described):
     for callback in described["callbacks"]:
         if callback["parameters"][0]["name"] != "context":
             yield f"the first parameter of {callback['name']} isn't context"
-    for handle in handles:
-        if handle + "_free" not in functions:
-            yield f"{handle} can't be freed"
 
 
 def main():

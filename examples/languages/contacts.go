@@ -70,8 +70,8 @@ func main() {
 	fmt.Printf("%d pairs, %d contacts\n", pairs.count, contacts.count)
 	fmt.Printf("%d and %d overlap by %.2f\n", first.pair.a, first.pair.b, float32(first.point[0].depth))
 
-	check(C.jostle_contact_finder_free(narrow, &jerr))
-	check(C.jostle_finder_free(finder, &jerr))
-	check(C.jostle_shapes_free(shapes, &jerr))
-	check(C.jostle_shape_free(sphere, &jerr))
+	check(C.jostle_free(unsafe.Pointer(narrow), &jerr))
+	check(C.jostle_free(unsafe.Pointer(finder), &jerr))
+	check(C.jostle_free(unsafe.Pointer(shapes), &jerr))
+	check(C.jostle_free(unsafe.Pointer(sphere), &jerr))
 }

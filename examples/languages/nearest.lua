@@ -57,5 +57,5 @@ print(("ray: %d at %g"):format(tonumber(hit[0].id), hit[0].at))
 -- A mistake is an error that names the object.
 rows[4 * 7] = 0 / 0
 print(select(2, pcall(call, "index_build", index, nil, boxes)):match("box 7") or "no error")
-call("index_free", index)
-call("results_free", results)
+call("free", index)
+call("free", results)

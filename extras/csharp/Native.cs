@@ -153,13 +153,12 @@ namespace Jostle
 
         protected Handle() : base(IntPtr.Zero, true) { }
         public override bool IsInvalid { get { return handle == IntPtr.Zero; } }
-        protected abstract unsafe int Free(IntPtr handle);
 
         internal void Keep(GCHandle kept) { context = kept; }
 
-        protected override bool ReleaseHandle()
+        protected override unsafe bool ReleaseHandle()
         {
-            bool done = Free(handle) == 0;
+            bool done = Native.jostle_free((void*)handle, null) == Status.Ok;
             if (context.IsAllocated) context.Free();
             return done;
         }
@@ -169,150 +168,90 @@ namespace Jostle
     {
         /// <summary>In place of a handle that may be NULL.</summary>
         public static readonly ExecutorHandle None = new ExecutorHandle();
-        protected override unsafe int Free(IntPtr handle)
-        {
-            return (int)Native.jostle_executor_free(handle, null);
-        }
     }
 
     public sealed class ResultsHandle : Handle
     {
         /// <summary>In place of a handle that may be NULL.</summary>
         public static readonly ResultsHandle None = new ResultsHandle();
-        protected override unsafe int Free(IntPtr handle)
-        {
-            return (int)Native.jostle_results_free(handle, null);
-        }
     }
 
     public sealed class FinderHandle : Handle
     {
         /// <summary>In place of a handle that may be NULL.</summary>
         public static readonly FinderHandle None = new FinderHandle();
-        protected override unsafe int Free(IntPtr handle)
-        {
-            return (int)Native.jostle_finder_free(handle, null);
-        }
     }
 
     public sealed class ImagesHandle : Handle
     {
         /// <summary>In place of a handle that may be NULL.</summary>
         public static readonly ImagesHandle None = new ImagesHandle();
-        protected override unsafe int Free(IntPtr handle)
-        {
-            return (int)Native.jostle_images_free(handle, null);
-        }
     }
 
     public sealed class NeighborFinderHandle : Handle
     {
         /// <summary>In place of a handle that may be NULL.</summary>
         public static readonly NeighborFinderHandle None = new NeighborFinderHandle();
-        protected override unsafe int Free(IntPtr handle)
-        {
-            return (int)Native.jostle_neighbor_finder_free(handle, null);
-        }
     }
 
     public sealed class IndexHandle : Handle
     {
         /// <summary>In place of a handle that may be NULL.</summary>
         public static readonly IndexHandle None = new IndexHandle();
-        protected override unsafe int Free(IntPtr handle)
-        {
-            return (int)Native.jostle_index_free(handle, null);
-        }
     }
 
     public sealed class WorldHandle : Handle
     {
         /// <summary>In place of a handle that may be NULL.</summary>
         public static readonly WorldHandle None = new WorldHandle();
-        protected override unsafe int Free(IntPtr handle)
-        {
-            return (int)Native.jostle_world_free(handle, null);
-        }
     }
 
     public sealed class PairSlotsHandle : Handle
     {
         /// <summary>In place of a handle that may be NULL.</summary>
         public static readonly PairSlotsHandle None = new PairSlotsHandle();
-        protected override unsafe int Free(IntPtr handle)
-        {
-            return (int)Native.jostle_pair_slots_free(handle, null);
-        }
     }
 
     public sealed class ShapeHandle : Handle
     {
         /// <summary>In place of a handle that may be NULL.</summary>
         public static readonly ShapeHandle None = new ShapeHandle();
-        protected override unsafe int Free(IntPtr handle)
-        {
-            return (int)Native.jostle_shape_free(handle, null);
-        }
     }
 
     public sealed class ShapesHandle : Handle
     {
         /// <summary>In place of a handle that may be NULL.</summary>
         public static readonly ShapesHandle None = new ShapesHandle();
-        protected override unsafe int Free(IntPtr handle)
-        {
-            return (int)Native.jostle_shapes_free(handle, null);
-        }
     }
 
     public sealed class ContactFinderHandle : Handle
     {
         /// <summary>In place of a handle that may be NULL.</summary>
         public static readonly ContactFinderHandle None = new ContactFinderHandle();
-        protected override unsafe int Free(IntPtr handle)
-        {
-            return (int)Native.jostle_contact_finder_free(handle, null);
-        }
     }
 
     public sealed class ClosedMeshHandle : Handle
     {
         /// <summary>In place of a handle that may be NULL.</summary>
         public static readonly ClosedMeshHandle None = new ClosedMeshHandle();
-        protected override unsafe int Free(IntPtr handle)
-        {
-            return (int)Native.jostle_closed_mesh_free(handle, null);
-        }
     }
 
     public sealed class SurfaceHandle : Handle
     {
         /// <summary>In place of a handle that may be NULL.</summary>
         public static readonly SurfaceHandle None = new SurfaceHandle();
-        protected override unsafe int Free(IntPtr handle)
-        {
-            return (int)Native.jostle_surface_free(handle, null);
-        }
     }
 
     public sealed class SurfaceFinderHandle : Handle
     {
         /// <summary>In place of a handle that may be NULL.</summary>
         public static readonly SurfaceFinderHandle None = new SurfaceFinderHandle();
-        protected override unsafe int Free(IntPtr handle)
-        {
-            return (int)Native.jostle_surface_finder_free(handle, null);
-        }
     }
 
     public sealed class RecorderHandle : Handle
     {
         /// <summary>In place of a handle that may be NULL.</summary>
         public static readonly RecorderHandle None = new RecorderHandle();
-        protected override unsafe int Free(IntPtr handle)
-        {
-            return (int)Native.jostle_recorder_free(handle, null);
-        }
     }
 
     public static unsafe class Native
@@ -1012,6 +951,8 @@ namespace Jostle
         public static extern Status jostle_instruction_set_name(InstructionSet set, byte** name,
             jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
+        public static extern Status jostle_free(void* handle, jostle_error* error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_executor_serial(out ExecutorHandle @out, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_executor_default(uint threads, out ExecutorHandle @out,
@@ -1023,8 +964,6 @@ namespace Jostle
         public static extern Status jostle_executor_callback(uint concurrency, IntPtr run, void* context,
             out ExecutorHandle @out, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_executor_free(IntPtr executor, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_executor_concurrency(ExecutorHandle executor, uint* threads,
             jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
@@ -1033,8 +972,6 @@ namespace Jostle
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_results_new(jostle_options* options, out ResultsHandle @out,
             jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_results_free(IntPtr results, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_results_blocks(ResultsHandle results, jostle_blocks* @out,
             jostle_error* error);
@@ -1053,8 +990,6 @@ namespace Jostle
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_finder_new(jostle_options* options, out FinderHandle @out,
             jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_finder_free(IntPtr finder, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_finder_find(FinderHandle finder, Space space, jostle_boxes* a,
             jostle_boxes* b, jostle_filter* filter, Order order, jostle_blocks* pairs,
@@ -1091,8 +1026,6 @@ namespace Jostle
         public static extern Status jostle_images_new(Space space, jostle_options* options, out
             ImagesHandle @out, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_images_free(IntPtr images, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_images_build(ImagesHandle images, jostle_boxes* boxes,
             void* period, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
@@ -1104,8 +1037,6 @@ namespace Jostle
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_neighbor_finder_new(Space space, jostle_options* options, out
             NeighborFinderHandle @out, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_neighbor_finder_free(IntPtr finder, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_neighbor_finder_find(NeighborFinderHandle finder,
             jostle_neighbor_query* query, jostle_neighbor_list* list, jostle_error* error);
@@ -1119,8 +1050,6 @@ namespace Jostle
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_index_new(Space space, jostle_options* options, out
             IndexHandle @out, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_index_free(IntPtr index, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_index_build(IndexHandle index, uint* ids, jostle_boxes* boxes,
             jostle_error* error);
@@ -1185,8 +1114,6 @@ namespace Jostle
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_world_new(Space space, jostle_world_options* options, out
             WorldHandle @out, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_world_free(IntPtr world, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_world_add(WorldHandle world, jostle_boxes* boxes,
             jostle_object_options* options, ulong* ids, jostle_error* error);
@@ -1334,8 +1261,6 @@ namespace Jostle
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_pair_slots_new(out PairSlotsHandle @out, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_pair_slots_free(IntPtr slots, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_pair_slots_update(PairSlotsHandle slots, jostle_id_pair* began,
             ulong began_count, jostle_ended_pair* ended, ulong ended_count, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
@@ -1388,8 +1313,6 @@ namespace Jostle
         public static extern Status jostle_shape_custom(int dim, ShapeType type, double radius,
             IntPtr support, void* context, out ShapeHandle @out, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_shape_free(IntPtr shape, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_shape_info_read(ShapeHandle shape, jostle_shape_info* info,
             jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
@@ -1404,8 +1327,6 @@ namespace Jostle
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_shapes_new(int dim, out ShapesHandle @out,
             jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_shapes_free(IntPtr shapes, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_shapes_clear(ShapesHandle shapes, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
@@ -1438,8 +1359,6 @@ namespace Jostle
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_contact_finder_new(Space space, jostle_options* options, out
             ContactFinderHandle @out, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_contact_finder_free(IntPtr finder, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_contact_finder_add_test(ContactFinderHandle finder,
             ShapeType type_a, ShapeType type_b, IntPtr test, void* context, jostle_error* error);
@@ -1501,8 +1420,6 @@ namespace Jostle
         public static extern Status jostle_closed_mesh_new(ShapeHandle mesh, out ClosedMeshHandle @out,
             jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_closed_mesh_free(IntPtr mesh, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_closed_mesh_winding_numbers(ClosedMeshHandle mesh,
             double* points, ulong count, int* numbers, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
@@ -1517,15 +1434,11 @@ namespace Jostle
         public static extern Status jostle_surface_new(jostle_surface_parts* parts, out
             SurfaceHandle @out, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_surface_free(IntPtr surface, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_surface_parts_read(SurfaceHandle surface,
             jostle_surface_parts* parts, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_surface_finder_new(Space space, jostle_options* options, out
             SurfaceFinderHandle @out, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_surface_finder_free(IntPtr finder, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_surface_finder_near(SurfaceFinderHandle finder,
             SurfaceHandle surface, void* positions, ulong count, double distance,
@@ -1560,8 +1473,6 @@ namespace Jostle
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_recorder_new(Space space, byte* path, double frames_per_second,
             byte* description, out RecorderHandle @out, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_recorder_free(IntPtr recorder, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_recorder_frame(RecorderHandle recorder, jostle_boxes* boxes,
             jostle_error* error);

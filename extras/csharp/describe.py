@@ -47,13 +47,12 @@ HANDLE = """\
 
         protected Handle() : base(IntPtr.Zero, true) { }
         public override bool IsInvalid { get { return handle == IntPtr.Zero; } }
-        protected abstract unsafe int Free(IntPtr handle);
 
         internal void Keep(GCHandle kept) { context = kept; }
 
-        protected override bool ReleaseHandle()
+        protected override unsafe bool ReleaseHandle()
         {
-            bool done = Free(handle) == 0;
+            bool done = Native.jostle_free((void*)handle, null) == Status.Ok;
             if (context.IsAllocated) context.Free();
             return done;
         }
@@ -104,10 +103,10 @@ class Writer:
             base = NUMBERS.get(base, base)
         return base + "*" * stars
 
-    def parameter(self, function, part):
+    def parameter(self, part):
         base, stars = part["type"].replace("const", "").replace(" ", "").rstrip("*"), part["type"].count("*")
         kind = self.kind(part["type"])
-        if base in self.handles and not function.endswith("_free"):
+        if base in self.handles:
             if stars == 1:
                 kind = self.handle_class(base)
             elif part["direction"] == "out":
@@ -149,7 +148,7 @@ class Writer:
 
     def function(self, function):
         name = function["name"]
-        parameters = [self.parameter(name, part) for part in function["parameters"]]
+        parameters = [self.parameter(part) for part in function["parameters"]]
         yield "        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]"
         yield from wrapped(f"        public static extern Status {name}({', '.join(parameters)});")
 
@@ -164,10 +163,6 @@ class Writer:
             yield "    {"
             yield "        /// <summary>In place of a handle that may be NULL.</summary>"
             yield f"        public static readonly {name} None = new {name}();"
-            yield "        protected override unsafe int Free(IntPtr handle)"
-            yield "        {"
-            yield f"            return (int)Native.{handle['name']}_free(handle, null);"
-            yield "        }"
             yield "    }"
             yield ""
         yield "    public static unsafe class Native"

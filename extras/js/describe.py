@@ -70,7 +70,7 @@ def structs(described):
 
 
 def write_exports(described, sources, path):
-    called = re.findall(r"\bjostle_\w+|_jostle_\w+_free", "".join(file.read_text() for file in sources if file != STRUCTS))
+    called = re.findall(r"\bjostle_\w+|_jostle_\w*free", "".join(file.read_text() for file in sources if file != STRUCTS))
     called = {name.removeprefix("_") for name in called}
     names = ["malloc", "free"] + [each["name"] for each in described["functions"] if each["name"] in called]
     pathlib.Path(path).write_text("".join(f"_{name}\n" for name in names))

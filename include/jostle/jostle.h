@@ -17,9 +17,9 @@
 ///           and what `out` points to is as it was. No C++ exception ever leaves a function.
 /// Pointers  to const are read, others are written. None may be NULL unless the comment says so; an array of
 ///           no elements may. Nothing is kept beyond the call unless the comment says so.
-/// Handles   are made by ..._new (shapes and executors by their kinds) and given back by ..._free, which
-///           takes NULL, too. Each knows its kind: a handle of another kind, and one of the last 1024 that
-///           were freed, is JOSTLE_BAD_HANDLE. What a handle was made with (an executor, a shape) lives as
+/// Handles   are made by ..._new (shapes and executors by their kinds) and given back by jostle_free. Each
+///           knows its kind: a handle of another kind, and one of the last 1024 that were freed, is
+///           JOSTLE_BAD_HANDLE. What a handle was made with (an executor, a shape) lives as
 ///           long as it needs it: the order of freeing doesn't matter. A callback may neither free nor change
 ///           a handle that the call around it was given: that is an error on every thread of the executor's.
 ///           Commands to a world and work for an executor are no such changes.
@@ -320,6 +320,9 @@ JOSTLE_C_API jostle_status jostle_instruction_sets(const jostle_instruction_set*
 JOSTLE_C_API jostle_status jostle_instruction_set_name(jostle_instruction_set set, const char** name,
                                                        jostle_error* error);
 
+/// Gives back a handle of any kind, or does nothing with NULL.
+JOSTLE_C_API jostle_status jostle_free(void* handle, jostle_error* error);
+
 // ---------------------------------------------------------------------------------------------------------
 // Threads and memory: executor.hpp
 // ---------------------------------------------------------------------------------------------------------
@@ -342,7 +345,6 @@ JOSTLE_C_API jostle_status jostle_executor_threads(uint32_t threads, jostle_exec
 JOSTLE_C_API jostle_status jostle_executor_callback(uint32_t concurrency, jostle_run_function run,
                                                     void* context, jostle_executor** out,
                                                     jostle_error* error);
-JOSTLE_C_API jostle_status jostle_executor_free(jostle_executor* executor, jostle_error* error);
 JOSTLE_C_API jostle_status jostle_executor_concurrency(const jostle_executor* executor, uint32_t* threads,
                                                        jostle_error* error);
 
@@ -408,7 +410,6 @@ JOSTLE_C_API jostle_status jostle_boxes_check(jostle_space space, const jostle_b
 /// NULL; its allocator alone counts.
 JOSTLE_C_API jostle_status jostle_results_new(const jostle_options* options, jostle_results** out,
                                               jostle_error* error);
-JOSTLE_C_API jostle_status jostle_results_free(jostle_results* results, jostle_error* error);
 /// The pairs or contacts of a result.
 JOSTLE_C_API jostle_status jostle_results_blocks(const jostle_results* results, jostle_blocks* out,
                                                  jostle_error* error);
@@ -476,7 +477,6 @@ typedef int32_t (*jostle_sink_function)(void* context, const jostle_pair* pairs,
 /// `options` may be NULL. One finder serves boxes of every space.
 JOSTLE_C_API jostle_status jostle_finder_new(const jostle_options* options, jostle_finder** out,
                                              jostle_error* error);
-JOSTLE_C_API jostle_status jostle_finder_free(jostle_finder* finder, jostle_error* error);
 /// All pairs among `a` or, if `b` isn't NULL, of one box of `a` and one of `b`. `filter` may be NULL. The
 /// pairs lie in the finder and are valid until its next call.
 /// Cost      expected linear in boxes and pairs.
@@ -540,7 +540,6 @@ typedef struct jostle_images_view
 /// `options` may be NULL.
 JOSTLE_C_API jostle_status jostle_images_new(jostle_space space, const jostle_options* options,
                                              jostle_images** out, jostle_error* error);
-JOSTLE_C_API jostle_status jostle_images_free(jostle_images* images, jostle_error* error);
 /// Copies the boxes and adds the images of those near an end of a periodic axis. `period`: its length along
 /// each axis, dim numbers, 0 where space doesn't repeat itself.
 /// Cost      two passes over the boxes and a copy of them.
@@ -605,7 +604,6 @@ typedef struct jostle_neighbor_list
 /// `options` may be NULL.
 JOSTLE_C_API jostle_status jostle_neighbor_finder_new(jostle_space space, const jostle_options* options,
                                                       jostle_neighbor_finder** out, jostle_error* error);
-JOSTLE_C_API jostle_status jostle_neighbor_finder_free(jostle_neighbor_finder* finder, jostle_error* error);
 /// For each point all points within a cutoff, with their images where space repeats itself; of many systems,
 /// within each. What exactly, where points may lie, and what is an error, says NeighborFinder in
 /// neighbors.hpp.
@@ -665,7 +663,6 @@ typedef struct jostle_index_stats
 /// `options` may be NULL.
 JOSTLE_C_API jostle_status jostle_index_new(jostle_space space, const jostle_options* options,
                                             jostle_index** out, jostle_error* error);
-JOSTLE_C_API jostle_status jostle_index_free(jostle_index* index, jostle_error* error);
 /// Forgets everything and takes these boxes. Box i gets the id ids[i] or, if `ids` is NULL, i. Below, too,
 /// there are as many ids as boxes.
 JOSTLE_C_API jostle_status jostle_index_build(jostle_index* index, const uint32_t* ids,
@@ -842,7 +839,6 @@ typedef int32_t (*jostle_draw_function)(void* context, const void* numbers, jost
 /// `options` may be NULL.
 JOSTLE_C_API jostle_status jostle_world_new(jostle_space space, const jostle_world_options* options,
                                             jostle_world** out, jostle_error* error);
-JOSTLE_C_API jostle_status jostle_world_free(jostle_world* world, jostle_error* error);
 
 // Commands: queued, from any thread at any time; they take effect in the next update. Each is for many
 // objects; one is a count of 1. Of equal commands of several threads for one object the greatest `sequence`
@@ -1036,7 +1032,6 @@ JOSTLE_C_API jostle_status jostle_world_draw(const jostle_world* world, jostle_d
 // ---------------------------------------------------------------------------------------------------------
 
 JOSTLE_C_API jostle_status jostle_pair_slots_new(jostle_pair_slots** out, jostle_error* error);
-JOSTLE_C_API jostle_status jostle_pair_slots_free(jostle_pair_slots* slots, jostle_error* error);
 /// Gives slots to pairs that begin, and takes back those of pairs that end: the lists of jostle_world_began
 /// and jostle_world_ended, after every update.
 JOSTLE_C_API jostle_status jostle_pair_slots_update(jostle_pair_slots* slots, const jostle_id_pair* began,
@@ -1121,7 +1116,6 @@ JOSTLE_C_API jostle_status jostle_shape_compound(int32_t dim, const jostle_shape
 JOSTLE_C_API jostle_status jostle_shape_custom(int32_t dim, jostle_shape_type type, double radius,
                                                jostle_support_function support, void* context,
                                                jostle_shape** out, jostle_error* error);
-JOSTLE_C_API jostle_status jostle_shape_free(jostle_shape* shape, jostle_error* error);
 JOSTLE_C_API jostle_status jostle_shape_info_read(const jostle_shape* shape, jostle_shape_info* info,
                                                   jostle_error* error);
 /// The corners of a hull, the vertices of a mesh: dim doubles each; valid while the shape is.
@@ -1137,7 +1131,6 @@ JOSTLE_C_API jostle_status jostle_shape_face(const jostle_shape* shape, uint64_t
 
 /// A list with one shape per object. It may be read by several threads, and changed by one.
 JOSTLE_C_API jostle_status jostle_shapes_new(int32_t dim, jostle_shapes** out, jostle_error* error);
-JOSTLE_C_API jostle_status jostle_shapes_free(jostle_shapes* shapes, jostle_error* error);
 JOSTLE_C_API jostle_status jostle_shapes_clear(jostle_shapes* shapes, jostle_error* error);
 JOSTLE_C_API jostle_status jostle_shapes_size(const jostle_shapes* shapes, uint64_t* size,
                                               jostle_error* error);
@@ -1250,7 +1243,6 @@ typedef void (*jostle_pair_test_function)(void* context, const jostle_pair_test_
 /// `options` may be NULL.
 JOSTLE_C_API jostle_status jostle_contact_finder_new(jostle_space space, const jostle_options* options,
                                                      jostle_contact_finder** out, jostle_error* error);
-JOSTLE_C_API jostle_status jostle_contact_finder_free(jostle_contact_finder* finder, jostle_error* error);
 /// A user's own test for the shapes of two types. `context` must outlive the finder.
 JOSTLE_C_API jostle_status jostle_contact_finder_add_test(jostle_contact_finder* finder,
                                                           jostle_shape_type type_a, jostle_shape_type type_b,
@@ -1405,7 +1397,6 @@ JOSTLE_C_API jostle_status jostle_cast_shape(jostle_space space, const jostle_sh
 /// Errors    JOSTLE_INVALID_ARGUMENT that names the first side of a triangle without another one.
 JOSTLE_C_API jostle_status jostle_closed_mesh_new(const jostle_shape* mesh, jostle_closed_mesh** out,
                                                   jostle_error* error);
-JOSTLE_C_API jostle_status jostle_closed_mesh_free(jostle_closed_mesh* mesh, jostle_error* error);
 /// How often the surface winds around points in the mesh's own axes, 3 doubles each: numbers[i].
 JOSTLE_C_API jostle_status jostle_closed_mesh_winding_numbers(const jostle_closed_mesh* mesh,
                                                               const double* points, uint64_t count,
@@ -1443,7 +1434,6 @@ typedef struct jostle_surface_parts
 
 JOSTLE_C_API jostle_status jostle_surface_new(const jostle_surface_parts* parts, jostle_surface** out,
                                               jostle_error* error);
-JOSTLE_C_API jostle_status jostle_surface_free(jostle_surface* surface, jostle_error* error);
 /// With the edges by whose numbers results name them. Valid as long as the surface.
 JOSTLE_C_API jostle_status jostle_surface_parts_read(const jostle_surface* surface,
                                                      jostle_surface_parts* parts, jostle_error* error);
@@ -1504,7 +1494,6 @@ typedef struct jostle_moving_surface
 /// `space` is JOSTLE_3F or JOSTLE_3D; `options` may be NULL.
 JOSTLE_C_API jostle_status jostle_surface_finder_new(jostle_space space, const jostle_options* options,
                                                      jostle_surface_finder** out, jostle_error* error);
-JOSTLE_C_API jostle_status jostle_surface_finder_free(jostle_surface_finder* finder, jostle_error* error);
 // Positions are `count` times 3 numbers of the space, one for each vertex. `options` may be NULL. What is
 // found lies in the finder, and is valid until the next call of the same function.
 
@@ -1591,12 +1580,11 @@ JOSTLE_C_API jostle_status jostle_sum_by_object(jostle_number number, uint32_t w
 // ---------------------------------------------------------------------------------------------------------
 
 /// Begins a recording of boxes. `frames_per_second` may be 0; `description`, UTF-8, says where the boxes come
-/// from and may be NULL. A file of this name is replaced.
+/// from and may be NULL. A file of this name is replaced. jostle_free closes the file, if
+/// jostle_recorder_close hasn't, without telling what goes wrong then.
 JOSTLE_C_API jostle_status jostle_recorder_new(jostle_space space, const char* path, double frames_per_second,
                                                const char* description, jostle_recorder** out,
                                                jostle_error* error);
-/// Closes the file, if jostle_recorder_close hasn't, without telling what goes wrong then.
-JOSTLE_C_API jostle_status jostle_recorder_free(jostle_recorder* recorder, jostle_error* error);
 /// Writes a frame: any number of boxes.
 JOSTLE_C_API jostle_status jostle_recorder_frame(jostle_recorder* recorder, const jostle_boxes* boxes,
                                                  jostle_error* error);

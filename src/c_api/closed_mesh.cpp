@@ -67,10 +67,6 @@ jostle_status jostle_closed_mesh_new(const jostle_shape* mesh, jostle_closed_mes
         hand_out(out, std::make_unique<ClosedMeshContent>(*shape.owned->mesh));
     });
 }
-jostle_status jostle_closed_mesh_free(jostle_closed_mesh* mesh, jostle_error* error)
-{
-    return guarded(error, [&] { release(mesh); });
-}
 jostle_status jostle_closed_mesh_winding_numbers(const jostle_closed_mesh* mesh, const double* points,
                                                  uint64_t count, int32_t* numbers, jostle_error* error)
 {

@@ -192,6 +192,11 @@ jostle_status jostle_instruction_sets(const jostle_instruction_set** sets, uint6
     });
 }
 
+jostle_status jostle_free(void* handle, jostle_error* error)
+{
+    return guarded(error, [&] { release(handle); });
+}
+
 jostle_status jostle_instruction_set_name(jostle_instruction_set set, const char** out, jostle_error* error)
 {
     return guarded(error, [&] { wanted(out, "name") = name(instruction_set_of(set)); });
@@ -223,10 +228,6 @@ jostle_status jostle_executor_callback(uint32_t concurrency, jostle_run_function
         hand_out_executor(out, std::make_shared<HostExecutor>(concurrency, run, context));
     });
 }
-jostle_status jostle_executor_free(jostle_executor* executor, jostle_error* error)
-{
-    return guarded(error, [&] { release(executor); });
-}
 jostle_status jostle_executor_concurrency(const jostle_executor* executor, uint32_t* threads,
                                           jostle_error* error)
 {
@@ -254,10 +255,6 @@ jostle_status jostle_results_new(const jostle_options* options, jostle_results**
         wanted(out, "out");
         hand_out(out, std::make_unique<ResultsContent>(keep(options)));
     });
-}
-jostle_status jostle_results_free(jostle_results* results, jostle_error* error)
-{
-    return guarded(error, [&] { release(results); });
 }
 jostle_status jostle_results_blocks(const jostle_results* results, jostle_blocks* out, jostle_error* error)
 {

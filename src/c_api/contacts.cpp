@@ -170,10 +170,6 @@ jostle_status jostle_contact_finder_new(jostle_space space, const jostle_options
         hand_out(out, std::make_unique<ContactFinderContent>(space, keep(options)));
     });
 }
-jostle_status jostle_contact_finder_free(jostle_contact_finder* finder, jostle_error* error)
-{
-    return guarded(error, [&] { release(finder); });
-}
 jostle_status jostle_contact_finder_add_test(jostle_contact_finder* finder, jostle_shape_type type_a,
                                              jostle_shape_type type_b, jostle_pair_test_function test,
                                              void* context, jostle_error* error)

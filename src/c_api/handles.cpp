@@ -12,7 +12,9 @@
 namespace jostle::c_api {
 namespace {
 
-constexpr std::uint64_t freed = 0x6a6f73746c65ff00U;
+// All marks are this one and the number of a kind.
+constexpr std::uint64_t marks = 0x6a6f73746c650000U;
+constexpr std::uint64_t freed = marks | 0xff00U;
 
 // Handles that were freed, the last 1024 of them: a pointer to one of these still says that it was freed. It
 // is memory and nothing else: no result depends on it.
@@ -36,6 +38,18 @@ void tell(jostle_error* error, jostle_status status, const char* message, std::u
     }
     std::memcpy(error->message, message, size);
     error->message[size] = '\0';
+}
+
+/// The handle that a pointer is: `wanted` says of which kind it should be.
+Handle& handle_there(const void* pointer, const char* wanted)
+{
+    if (reinterpret_cast<std::uintptr_t>(pointer) % alignof(Handle) != 0)
+        refuse(std::string("this is no ") + wanted, JOSTLE_BAD_HANDLE);
+    auto& there = *static_cast<Handle*>(const_cast<void*>(pointer));
+    const std::uint64_t mark = there.mark.load(std::memory_order_relaxed);
+    if ((mark | 0xffffU) != (marks | 0xffffU)) refuse(std::string("this is no ") + wanted, JOSTLE_BAD_HANDLE);
+    if (mark == freed) refuse(std::string("this ") + there.name + " was freed", JOSTLE_BAD_HANDLE);
+    return there;
 }
 
 } // namespace
@@ -106,16 +120,11 @@ jostle_status report(jostle_error* error) noexcept
 Content& open(const void* handle, std::uint64_t mark, const char* name)
 {
     if (handle == nullptr) refuse(std::string("the ") + name + " is NULL");
-    if (reinterpret_cast<std::uintptr_t>(handle) % alignof(Handle) != 0)
-        refuse(std::string("this is no ") + name, JOSTLE_BAD_HANDLE);
-    const Handle& opened = *static_cast<const Handle*>(handle);
-    const std::uint64_t found = opened.mark.load(std::memory_order_relaxed);
-    if (found == mark) {
-        if (Call* const call = Call::of_this_thread()) call->opens(handle);
-        return *opened.content;
-    }
-    if (found == freed) refuse(std::string("this ") + name + " was freed", JOSTLE_BAD_HANDLE);
-    refuse(std::string("this is no ") + name, JOSTLE_BAD_HANDLE);
+    const Handle& opened = handle_there(handle, name);
+    if (opened.mark.load(std::memory_order_relaxed) != mark)
+        refuse(std::string("this is no ") + name + " but a " + opened.name, JOSTLE_BAD_HANDLE);
+    if (Call* const call = Call::of_this_thread()) call->opens(handle);
+    return *opened.content;
 }
 
 void refuse_in_callback(const void* handle, const char* name, const char* verb)
@@ -125,15 +134,14 @@ void refuse_in_callback(const void* handle, const char* name, const char* verb)
                " it afterwards");
 }
 
-void release(void* handle, std::uint64_t mark, const char* name)
+void release(void* handle)
 {
-    open(handle, mark, name);
-    refuse_in_callback(handle, name, "free");
-    Handle& opened = *static_cast<Handle*>(handle);
-    std::uint64_t expected = mark;
+    if (handle == nullptr) return;
+    Handle& opened = handle_there(handle, "handle");
+    refuse_in_callback(handle, opened.name, "free");
     // Of two threads that free one handle, one does.
-    if (!opened.mark.compare_exchange_strong(expected, freed))
-        refuse(std::string("this ") + name + " was freed", JOSTLE_BAD_HANDLE);
+    if (opened.mark.exchange(freed) == freed)
+        refuse(std::string("this ") + opened.name + " was freed", JOSTLE_BAD_HANDLE);
     delete std::exchange(opened.content, nullptr);
     delete graveyard[next_grave.fetch_add(1) % remembered].exchange(&opened);
 }

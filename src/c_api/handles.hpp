@@ -222,6 +222,7 @@ class Content
 struct Handle
 {
     std::atomic<std::uint64_t> mark;
+    const char* name;
     Content* content;
 };
 
@@ -238,7 +239,8 @@ template <>
 inline constexpr bool changes_in_callbacks<jostle_world> = true;
 
 Content& open(const void* handle, std::uint64_t mark, const char* name);
-void release(void* handle, std::uint64_t mark, const char* name);
+/// Of any kind.
+void release(void* handle);
 /// Refuses to free or change what a call around this one has opened.
 void refuse_in_callback(const void* handle, const char* name, const char* verb);
 
@@ -257,17 +259,12 @@ auto& open(Opaque* handle)
     if (!changes_in_callbacks<Opaque>) refuse_in_callback(handle, Behind<Opaque>::name, "change");
     return content;
 }
-template <class Opaque>
-void release(Opaque* handle)
-{
-    if (handle != nullptr) release(handle, Behind<Opaque>::mark, Behind<Opaque>::name);
-}
 /// A handle of this content; `out` is written last, when nothing can fail any more.
 template <class Opaque>
 void hand_out(Opaque** out, std::unique_ptr<typename Behind<Opaque>::type> content)
 {
     wanted(out, "out");
-    auto* const handle = new Handle{{Behind<Opaque>::mark}, content.release()};
+    auto* const handle = new Handle{{Behind<Opaque>::mark}, Behind<Opaque>::name, content.release()};
     *out = reinterpret_cast<Opaque*>(handle);
 }
 

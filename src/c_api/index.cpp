@@ -138,10 +138,6 @@ jostle_status jostle_index_new(jostle_space space, const jostle_options* options
         hand_out(out, std::make_unique<IndexContent>(space, keep(options)));
     });
 }
-jostle_status jostle_index_free(jostle_index* index, jostle_error* error)
-{
-    return guarded(error, [&] { release(index); });
-}
 
 jostle_status jostle_index_build(jostle_index* index, const uint32_t* ids, const jostle_boxes* boxes,
                                  jostle_error* error)

@@ -171,10 +171,6 @@ jostle_status jostle_neighbor_finder_new(jostle_space space, const jostle_option
         hand_out(out, std::make_unique<NeighborFinderContent>(space, keep(options)));
     });
 }
-jostle_status jostle_neighbor_finder_free(jostle_neighbor_finder* finder, jostle_error* error)
-{
-    return guarded(error, [&] { release(finder); });
-}
 jostle_status jostle_neighbor_finder_find(jostle_neighbor_finder* finder, const jostle_neighbor_query* query,
                                           jostle_neighbor_list* list, jostle_error* error)
 {

@@ -32,10 +32,6 @@ jostle_status jostle_pair_slots_new(jostle_pair_slots** out, jostle_error* error
 {
     return guarded(error, [&] { hand_out(out, std::make_unique<PairSlotsContent>()); });
 }
-jostle_status jostle_pair_slots_free(jostle_pair_slots* slots, jostle_error* error)
-{
-    return guarded(error, [&] { release(slots); });
-}
 jostle_status jostle_pair_slots_update(jostle_pair_slots* slots, const jostle_id_pair* began,
                                        uint64_t began_count, const jostle_ended_pair* ended,
                                        uint64_t ended_count, jostle_error* error)

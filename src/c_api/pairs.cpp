@@ -175,10 +175,6 @@ jostle_status jostle_finder_new(const jostle_options* options, jostle_finder** o
         hand_out(out, std::make_unique<FinderContent>(keep(options)));
     });
 }
-jostle_status jostle_finder_free(jostle_finder* finder, jostle_error* error)
-{
-    return guarded(error, [&] { release(finder); });
-}
 
 jostle_status jostle_finder_find(jostle_finder* finder, jostle_space space, const jostle_boxes* a,
                                  const jostle_boxes* b, const jostle_filter* filter, jostle_order order,
@@ -340,10 +336,6 @@ jostle_status jostle_images_new(jostle_space space, const jostle_options* option
         wanted(out, "out");
         hand_out(out, std::make_unique<ImagesContent>(space, keep(options)));
     });
-}
-jostle_status jostle_images_free(jostle_images* images, jostle_error* error)
-{
-    return guarded(error, [&] { release(images); });
 }
 
 jostle_status jostle_images_build(jostle_images* images, const jostle_boxes* boxes, const void* period,

@@ -59,10 +59,6 @@ jostle_status jostle_recorder_new(jostle_space space, const char* path, double f
         hand_out(out, std::make_unique<RecorderContent>(space, path, frames_per_second, description));
     });
 }
-jostle_status jostle_recorder_free(jostle_recorder* recorder, jostle_error* error)
-{
-    return guarded(error, [&] { release(recorder); });
-}
 jostle_status jostle_recorder_frame(jostle_recorder* recorder, const jostle_boxes* boxes, jostle_error* error)
 {
     return guarded(error, [&] {

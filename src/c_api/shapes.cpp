@@ -239,10 +239,6 @@ jostle_status jostle_shape_custom(int32_t dim, jostle_shape_type type, double ra
         });
     });
 }
-jostle_status jostle_shape_free(jostle_shape* shape, jostle_error* error)
-{
-    return guarded(error, [&] { release(shape); });
-}
 jostle_status jostle_shape_info_read(const jostle_shape* shape, jostle_shape_info* info, jostle_error* error)
 {
     return guarded(error, [&] {
@@ -341,10 +337,6 @@ jostle_status jostle_shapes_new(int32_t dim, jostle_shapes** out, jostle_error* 
             hand_out(out, std::move(content));
         });
     });
-}
-jostle_status jostle_shapes_free(jostle_shapes* shapes, jostle_error* error)
-{
-    return guarded(error, [&] { release(shapes); });
 }
 jostle_status jostle_shapes_clear(jostle_shapes* shapes, jostle_error* error)
 {

@@ -180,10 +180,6 @@ jostle_status jostle_surface_new(const jostle_surface_parts* parts, jostle_surfa
         hand_out(out, std::make_unique<SurfaceContent>(given));
     });
 }
-jostle_status jostle_surface_free(jostle_surface* surface, jostle_error* error)
-{
-    return guarded(error, [&] { release(surface); });
-}
 jostle_status jostle_surface_parts_read(const jostle_surface* surface, jostle_surface_parts* parts,
                                         jostle_error* error)
 {
@@ -209,10 +205,6 @@ jostle_status jostle_surface_finder_new(jostle_space space, const jostle_options
         wanted(out, "out");
         hand_out(out, std::make_unique<SurfaceFinderContent>(space, keep(options)));
     });
-}
-jostle_status jostle_surface_finder_free(jostle_surface_finder* finder, jostle_error* error)
-{
-    return guarded(error, [&] { release(finder); });
 }
 jostle_status jostle_surface_finder_near(jostle_surface_finder* finder, const jostle_surface* surface,
                                          const void* positions, uint64_t count, double distance,

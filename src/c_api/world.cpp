@@ -44,10 +44,6 @@ jostle_status jostle_world_new(jostle_space space, const jostle_world_options* o
         hand_out(out, std::make_unique<WorldContent>(space, read_options(options, "jostle_world_options")));
     });
 }
-jostle_status jostle_world_free(jostle_world* world, jostle_error* error)
-{
-    return guarded(error, [&] { release(world); });
-}
 
 jostle_status jostle_world_update(jostle_world* world, jostle_error* error)
 {

@@ -30,5 +30,5 @@ int main()
         std::fprintf(stderr, "an error about box 1 expected: %s\n", error.message);
         return 1;
     }
-    return jostle_finder_free(finder, nullptr);
+    return jostle_free(finder, nullptr);
 }

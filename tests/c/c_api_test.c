@@ -143,9 +143,9 @@ static void test_general(void)
     OK(jostle_executor_default(0, &executor, &error));
     OK(jostle_executor_concurrency(executor, &threads, &error));
     CHECK(threads >= 1);
-    OK(jostle_executor_free(executor, &error));
+    OK(jostle_free(executor, &error));
     OK(jostle_executor_default(2, &executor, &error));
-    OK(jostle_executor_free(executor, NULL));
+    OK(jostle_free(executor, NULL));
     CHECK(jostle_version(NULL, &minor, &patch, NULL) == JOSTLE_INVALID_ARGUMENT);
 }
 
@@ -287,7 +287,7 @@ static void test_pairs(jostle_space space)
         const jostle_options options = serial_options(&executor);
         jostle_finder* serial;
         OK(jostle_finder_new(&options, &serial, &error));
-        OK(jostle_executor_free(executor, &error)); /* the finder keeps what it needs */
+        OK(jostle_free(executor, &error)); /* the finder keeps what it needs */
         OK(jostle_finder_stream(serial, space, &a, NULL, NULL, count_pairs, &sums, &finished, &error));
         OK(jostle_find_pairs_brute_force(space, &a, NULL, NULL, expected, &error));
         OK(jostle_results_blocks(expected, &right, &error));
@@ -300,7 +300,7 @@ static void test_pairs(jostle_space space)
         FAILS(jostle_finder_stream(serial, space, &a, NULL, NULL, count_pairs, &sums, &finished, &error),
               JOSTLE_CALLBACK_FAILED, "returned -3");
         CHECK(error.callback_result == -3);
-        OK(jostle_finder_free(serial, &error));
+        OK(jostle_free(serial, &error));
     }
     test_scenes(finder, space, &a, expected);
     filter.accept = fail_pair;
@@ -319,9 +319,9 @@ static void test_pairs(jostle_space space)
     FAILS(jostle_boxes_check(space, &a, &error), JOSTLE_INVERTED_BOX, "5");
     OK(jostle_boxes_check(space, &b, &error));
     OK(jostle_finder_release_memory(finder, &error));
-    OK(jostle_finder_free(finder, &error));
-    OK(jostle_results_free(expected, &error));
-    OK(jostle_results_free(taken, &error));
+    OK(jostle_free(finder, &error));
+    OK(jostle_free(expected, &error));
+    OK(jostle_free(taken, &error));
 }
 
 /* What a visitor should be handed: a list, or where there is no order something of it. */
@@ -423,11 +423,11 @@ static void check_closest(jostle_space space, const jostle_index* index, const j
     OK(jostle_index_new(space, NULL, &empty, &error));
     OK(jostle_index_closest_pairs(index, empty, anywhere, take_pair, &some, &finished, &error));
     CHECK(finished == 1 && some.calls == 64);
-    OK(jostle_index_free(empty, &error));
+    OK(jostle_free(empty, &error));
     OK(jostle_index_new(space == JOSTLE_2F ? JOSTLE_3F : JOSTLE_2F, NULL, &empty, &error));
     FAILS(jostle_index_pairs(index, empty, take_pair, &some, &finished, &error), JOSTLE_INVALID_ARGUMENT,
           "spaces");
-    OK(jostle_index_free(empty, &error));
+    OK(jostle_free(empty, &error));
     FAILS(jostle_index_closest_pairs(index, NULL, -1, take_pair, &some, &finished, &error),
           JOSTLE_INVALID_ARGUMENT, "max_distance");
     FAILS(jostle_world_closest_pairs(world, NULL, -1, take_pair, &some, &finished, &error),
@@ -509,9 +509,9 @@ static void test_images(jostle_space space)
     set_number(space, &period, 0, 4);
     FAILS(jostle_images_build(images, &boxes, period.f, &error), JOSTLE_INVALID_ARGUMENT, "shorter");
     CHECK(error.index == 0);
-    OK(jostle_images_free(images, &error));
-    OK(jostle_images_free(NULL, &error));
-    OK(jostle_results_free(pairs, &error));
+    OK(jostle_free(images, &error));
+    OK(jostle_free(NULL, &error));
+    OK(jostle_free(pairs, &error));
 }
 
 /* One of some queries. */
@@ -719,8 +719,8 @@ static void check_answers(jostle_space space, const jostle_index* index, const j
             }
         }
     }
-    OK(jostle_results_free(of_index, &error));
-    OK(jostle_results_free(of_world, &error));
+    OK(jostle_free(of_index, &error));
+    OK(jostle_free(of_world, &error));
 }
 
 static int32_t refuse_objects(void* context, jostle_id a, jostle_id b)
@@ -928,12 +928,12 @@ static void test_index_and_world(jostle_space space)
         FAILS(jostle_pair_slots_update(restored, NULL, 0, gone, ended_count, &error), JOSTLE_INVALID_ARGUMENT,
               "never began");
         FAILS(jostle_pair_slots_update(restored, NULL, 1, NULL, 0, &error), JOSTLE_INVALID_ARGUMENT, "began");
-        OK(jostle_pair_slots_free(slots, &error));
-        OK(jostle_pair_slots_free(restored, &error));
-        FAILS(jostle_pair_slots_free(slots, &error), JOSTLE_BAD_HANDLE, "jostle_pair_slots");
+        OK(jostle_free(slots, &error));
+        OK(jostle_free(restored, &error));
+        FAILS(jostle_free(slots, &error), JOSTLE_BAD_HANDLE, "jostle_pair_slots");
         OK(jostle_world_user_data(slotted, some, 2, data, &error));
         CHECK(data[0] == 1234567890123 && data[1] == 7);
-        OK(jostle_world_free(slotted, &error));
+        OK(jostle_free(slotted, &error));
     }
     /* Layers change no answer. */
     {
@@ -974,7 +974,7 @@ static void test_index_and_world(jostle_space space)
         region.values.stride = 2 * dim * number_size(space);
         OK(jostle_world_count(layered, &region, NULL, &by_layer, found, &error));
         CHECK(found[0] == boxes_made);
-        OK(jostle_world_free(layered, &error));
+        OK(jostle_free(layered, &error));
     }
 
     /* Joins are pairs between two sets. */
@@ -1118,7 +1118,7 @@ static void test_index_and_world(jostle_space space)
         FAILS(jostle_world_any(world, &region, NULL, &filter, &any, &error), JOSTLE_INVALID_ARGUMENT,
               "world knows");
     }
-    OK(jostle_world_free(fork, &error));
+    OK(jostle_free(fork, &error));
     {
         jostle_world_options options;
         jostle_object_options object;
@@ -1142,17 +1142,17 @@ static void test_index_and_world(jostle_space space)
         OK(jostle_world_clear(fork, &error));
         OK(jostle_world_size(fork, &size, &error));
         CHECK(size == 0);
-        OK(jostle_world_free(fork, &error));
+        OK(jostle_free(fork, &error));
     }
-    OK(jostle_world_free(world, &error));
+    OK(jostle_free(world, &error));
     OK(jostle_index_erase(index, plain, 5, &error));
     OK(jostle_index_size(index, &size, &error));
     CHECK(size == boxes_made - 5);
     OK(jostle_index_clear(index, &error));
     OK(jostle_index_release_memory(index, &error));
-    OK(jostle_index_free(index, &error));
-    OK(jostle_results_free(results, &error));
-    OK(jostle_results_free(expected, &error));
+    OK(jostle_free(index, &error));
+    OK(jostle_free(results, &error));
+    OK(jostle_free(expected, &error));
 }
 
 static void support_of_point(void* context, const double* direction, double* point)
@@ -1251,7 +1251,7 @@ static void test_shapes_and_contacts(void)
         for (k = 0; k < 5; ++k) {
             OK(jostle_shape_info_read(made[k], &info, &error));
             CHECK(info.type == types[k] && info.dim == 3 && info.radius == (k < 2 ? 0.5 : 0));
-            OK(jostle_shape_free(made[k], &error));
+            OK(jostle_free(made[k], &error));
         }
         FAILS(jostle_shape_cylinder(1, -1, &bad, &error), JOSTLE_INVALID_ARGUMENT, "radius is -1");
         FAILS(jostle_shape_box(4, half, 1, &bad, &error), JOSTLE_INVALID_ARGUMENT, "dim is 4");
@@ -1283,8 +1283,8 @@ static void test_shapes_and_contacts(void)
     OK(jostle_shapes_add(shapes, hull, 1, &error));
     OK(jostle_shapes_add(shapes, sphere, 2, &error));
     OK(jostle_shapes_set(shapes, 0, compound, &error)); /* at 0: a sphere of 1; at 2: a cube up to 3 */
-    OK(jostle_shape_free(compound, &error));            /* the list keeps what it needs */
-    OK(jostle_shape_free(hull, &error));
+    OK(jostle_free(compound, &error));                  /* the list keeps what it needs */
+    OK(jostle_free(hull, &error));
     OK(jostle_shapes_new(3, &some_shapes, &error));
     OK(jostle_shapes_add_from(some_shapes, shapes, 0, 3, &error));
     FAILS(jostle_shapes_add_from(some_shapes, shapes, 2, 2, &error), JOSTLE_INVALID_ARGUMENT, "3 shapes");
@@ -1292,7 +1292,7 @@ static void test_shapes_and_contacts(void)
           "3 shapes");
     FAILS(jostle_shapes_add_from(some_shapes, flat_shapes, 0, 0, &error), JOSTLE_INVALID_ARGUMENT, "3D");
     FAILS(jostle_shapes_add_from(some_shapes, NULL, 0, 0, &error), JOSTLE_INVALID_ARGUMENT, "is NULL");
-    OK(jostle_shapes_free(shapes, &error)); /* the other list keeps it, too */
+    OK(jostle_free(shapes, &error)); /* the other list keeps it, too */
     shapes = some_shapes;
 
     objects.shapes = shapes;
@@ -1576,10 +1576,10 @@ static void test_shapes_and_contacts(void)
                 OK(jostle_index_visit(shape_index, &one, &objects, NULL, visit_closest, &seen, &finished,
                                       &error));
                 CHECK(finished == 1 && seen.next == 9);
-                OK(jostle_shapes_free(one_shape, &error));
+                OK(jostle_free(one_shape, &error));
             }
-            OK(jostle_index_free(shape_index, &error));
-            OK(jostle_world_free(shape_world, &error));
+            OK(jostle_free(shape_index, &error));
+            OK(jostle_free(shape_world, &error));
         }
         given_rays.count = 1;
         FAILS(jostle_contact_finder_ray_casts(finder, &given_rays, &objects, &cast_pairs, hits, &error),
@@ -1603,10 +1603,10 @@ static void test_shapes_and_contacts(void)
               "isn't closed: the side of triangle 0 between the vertices 0 and 2");
         FAILS(jostle_closed_mesh_new(sphere, &closed, &error), JOSTLE_INVALID_ARGUMENT, "another type");
         FAILS(jostle_closed_mesh_new(flat, &closed, &error), JOSTLE_INVALID_ARGUMENT, "3D");
-        OK(jostle_shape_free(closed_shape, &error));
+        OK(jostle_free(closed_shape, &error));
         OK(jostle_shape_mesh(JOSTLE_3F, corners, 4, sides[0], 4, 0, &closed_shape, &error));
         OK(jostle_closed_mesh_new(closed_shape, &closed, &error));
-        OK(jostle_shape_free(closed_shape, &error));
+        OK(jostle_free(closed_shape, &error));
         OK(jostle_closed_mesh_winding_numbers(closed, own, 1, &number, &error));
         CHECK(number == 1);
         OK(jostle_closed_mesh_contains(closed, JOSTLE_3F, place, &points, NULL, inside, &error));
@@ -1620,23 +1620,23 @@ static void test_shapes_and_contacts(void)
               JOSTLE_INVALID_ARGUMENT, "JOSTLE_3F or JOSTLE_3D");
         FAILS(jostle_closed_mesh_contains(closed, JOSTLE_3F, NULL, NULL, NULL, inside, &error),
               JOSTLE_INVALID_ARGUMENT, "points is NULL");
-        OK(jostle_closed_mesh_free(closed, &error));
-        FAILS(jostle_closed_mesh_free(closed, &error), JOSTLE_BAD_HANDLE, "jostle_closed_mesh");
+        OK(jostle_free(closed, &error));
+        FAILS(jostle_free(closed, &error), JOSTLE_BAD_HANDLE, "jostle_closed_mesh");
     }
     FAILS(jostle_distance(JOSTLE_3F, sphere, poses[0], NULL, poses[1], 1, one, &error),
           JOSTLE_INVALID_ARGUMENT, "b is NULL");
-    OK(jostle_contact_finder_free(finder, &error));
-    OK(jostle_results_free(results, &error));
-    OK(jostle_shapes_free(shapes, &error));
-    OK(jostle_shapes_free(flat_shapes, &error));
-    OK(jostle_shape_free(sphere, &error));
-    OK(jostle_shape_free(box, &error));
-    OK(jostle_shape_free(capsule, &error));
-    OK(jostle_shape_free(space_below, &error));
-    OK(jostle_shape_free(mesh, &error));
-    OK(jostle_shape_free(field, &error));
-    OK(jostle_shape_free(custom, &error));
-    OK(jostle_shape_free(flat, &error));
+    OK(jostle_free(finder, &error));
+    OK(jostle_free(results, &error));
+    OK(jostle_free(shapes, &error));
+    OK(jostle_free(flat_shapes, &error));
+    OK(jostle_free(sphere, &error));
+    OK(jostle_free(box, &error));
+    OK(jostle_free(capsule, &error));
+    OK(jostle_free(space_below, &error));
+    OK(jostle_free(mesh, &error));
+    OK(jostle_free(field, &error));
+    OK(jostle_free(custom, &error));
+    OK(jostle_free(flat, &error));
 }
 
 static int32_t run_serially(void* context, uint32_t count, void (*task)(void* task_context, uint32_t i),
@@ -1736,7 +1736,7 @@ static void test_hosts_and_responses(void)
     answer = 0;
     OK(jostle_finder_take(finder, JOSTLE_3F, &boxes, NULL, NULL, 0, results, &error));
     CHECK(counted.bytes > 0);
-    OK(jostle_finder_free(finder, &error));
+    OK(jostle_free(finder, &error));
     OK(jostle_results_blocks(results, &pairs, &error));
     CHECK(pairs.count > 20);
 
@@ -1759,8 +1759,8 @@ static void test_hosts_and_responses(void)
 
     OK(jostle_process_items(1000, add_items, &items, &process, &error));
     CHECK(items == 1000);
-    OK(jostle_executor_free(executor, &error));
-    OK(jostle_results_free(results, &error)); /* gives the finder's memory back, long after the finder */
+    OK(jostle_free(executor, &error));
+    OK(jostle_free(results, &error)); /* gives the finder's memory back, long after the finder */
     CHECK(counted.bytes == 0);
 }
 
@@ -1793,14 +1793,18 @@ static void test_bad_input(void)
           JOSTLE_BAD_HANDLE, "no jostle_finder");
     FAILS(jostle_index_size((const jostle_index*)((const char*)nothing + 1), &size, &error),
           JOSTLE_BAD_HANDLE, "");
-    FAILS(jostle_index_free((jostle_index*)finder, &error), JOSTLE_BAD_HANDLE, "no jostle_index");
-    OK(jostle_index_free(NULL, &error));
-    OK(jostle_index_free(index, &error));
-    FAILS(jostle_index_size(index, &size, &error), JOSTLE_BAD_HANDLE, "was freed");
-    FAILS(jostle_index_free(index, &error), JOSTLE_BAD_HANDLE, "was freed");
+    FAILS(jostle_index_size((const jostle_index*)finder, &size, &error), JOSTLE_BAD_HANDLE,
+          "no jostle_index but a jostle_finder");
+    FAILS(jostle_free(nothing, &error), JOSTLE_BAD_HANDLE, "no handle");
+    FAILS(jostle_free(&finder, &error), JOSTLE_BAD_HANDLE, "no handle"); /* not what it points to */
+    FAILS(jostle_free((char*)index + 1, &error), JOSTLE_BAD_HANDLE, "no handle");
+    OK(jostle_free(NULL, &error));
+    OK(jostle_free(index, &error));
+    FAILS(jostle_index_size(index, &size, &error), JOSTLE_BAD_HANDLE, "jostle_index was freed");
+    FAILS(jostle_free(index, &error), JOSTLE_BAD_HANDLE, "jostle_index was freed");
     for (i = 0; i < 2000; ++i) { /* more than are remembered: none leaks */
         OK(jostle_index_new(JOSTLE_2D, NULL, &index, &error));
-        OK(jostle_index_free(index, &error));
+        OK(jostle_free(index, &error));
     }
     FAILS(jostle_finder_find(finder, 0, &boxes, NULL, NULL, 0, &pairs, &error), JOSTLE_INVALID_ARGUMENT,
           "space is 0");
@@ -1846,18 +1850,18 @@ static void test_bad_input(void)
     options.struct_size = sizeof(uint64_t);
     options.instruction_set = 77; /* not read */
     OK(jostle_finder_new(&options, &untouched, &error));
-    OK(jostle_finder_free(untouched, &error));
+    OK(jostle_free(untouched, &error));
     options.struct_size = sizeof options;
     FAILS(jostle_finder_new(&options, &untouched, &error), JOSTLE_INVALID_ARGUMENT, "77");
     memset(&newer, 0, sizeof newer);
     newer.known.struct_size = sizeof newer;
     OK(jostle_finder_new(&newer.known, &untouched, &error));
-    OK(jostle_finder_free(untouched, &error));
+    OK(jostle_free(untouched, &error));
     newer.from_the_future = 1;
     FAILS(jostle_finder_new(&newer.known, &untouched, &error), JOSTLE_INVALID_ARGUMENT, "doesn't know");
 
-    OK(jostle_finder_free(finder, &error));
-    OK(jostle_results_free(results, &error));
+    OK(jostle_free(finder, &error));
+    OK(jostle_free(results, &error));
 }
 
 /* The file itself is read by the C++ tests of recordings. */
@@ -1879,7 +1883,7 @@ static void test_recorder(jostle_space space)
     OK(jostle_recorder_frame(recorder, &boxes, &error));
     OK(jostle_recorder_close(recorder, &error));
     FAILS(jostle_recorder_frame(recorder, &boxes, &error), JOSTLE_FILE_ERROR, "closed");
-    OK(jostle_recorder_free(recorder, &error));
+    OK(jostle_free(recorder, &error));
     file = fopen(path, "rb");
     CHECK(file != NULL && fgetc(file) == 'J');
     if (file != NULL) fclose(file);

@@ -46,7 +46,7 @@ TEST_F(CErrors, MessagesEndWhereACharacterDoes)
         EXPECT_EQ((message.size() - 15 - before) % 2, 0u) << message;
     }
     // What the call before said is gone.
-    OK(jostle_results_free(nullptr, &error));
+    OK(jostle_free(nullptr, &error));
     EXPECT_EQ(error.index, UINT64_MAX);
     EXPECT_EQ(error.callback_result, 0);
     EXPECT_STREQ(error.message, "");
@@ -68,7 +68,7 @@ TEST_F(CRecorder, WritesTheFileThatCppWrites)
                                &error));
         OK(jostle_recorder_frame(recorder, &one, &error));
         OK(jostle_recorder_frame(recorder, &two, &error));
-        OK(jostle_recorder_free(recorder, &error));
+        OK(jostle_free(recorder, &error));
         jostle::Recorder<3, float> twin(folder + "/cpp.jrec", 59.5, "where from");
         ASSERT_TRUE(twin.frame(first));
         ASSERT_TRUE(twin.frame(second));

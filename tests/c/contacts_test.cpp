@@ -58,7 +58,7 @@ class CShapes : public CTwin
             for (int d = 0; d < 3; ++d)
                 EXPECT_EQ(info.size[d], shape.size()[d]);
             twins.push_back(shape);
-            jostle_shape_free(made, nullptr);
+            jostle_free(made, nullptr);
         };
         keep(jostle::Shape3::sphere(0.75),
              [&](auto out) { return jostle_shape_sphere(3, 0.75, out, &error); });
@@ -81,8 +81,8 @@ class CShapes : public CTwin
         });
         keep(jostle::Shape3(compound),
              [&](auto out) { return jostle_shape_compound(3, children, child_poses, 2, out, &error); });
-        EXPECT_EQ(jostle_shape_free(box, &error), JOSTLE_OK); // the list keeps what it needs
-        EXPECT_EQ(jostle_shape_free(of_points, &error), JOSTLE_OK);
+        EXPECT_EQ(jostle_free(box, &error), JOSTLE_OK); // the list keeps what it needs
+        EXPECT_EQ(jostle_free(of_points, &error), JOSTLE_OK);
         // Many at once.
         const double radii[] = {0.5, 1.5}, lengths[] = {3, 4}, halves[] = {1, 2, 3, 4, 5, 6};
         EXPECT_EQ(jostle_shapes_add_spheres(more_shapes, radii, 2, &error), JOSTLE_OK);
@@ -199,7 +199,7 @@ TEST_F(CShapes, CopiedFromOtherListsKeepWhatTheyPointTo)
         << error.message;
     jostle::bounds({expected, poses}, expected_bounds);
     expect_same_bytes(bounds, expected_bounds);
-    EXPECT_EQ(jostle_shapes_free(copied, &error), JOSTLE_OK);
+    EXPECT_EQ(jostle_free(copied, &error), JOSTLE_OK);
 }
 
 TEST_F(CShapes, RepeatForAWholeMultipleOfPoses)
@@ -327,8 +327,8 @@ TEST_F(CShapes, OfOnePairMeetAsTheirTwinsDo)
                   expected_impact ? expected_impact->time : std::numeric_limits<float>::infinity());
     }
     EXPECT_GT(touched, 0);
-    OK(jostle_shape_free(box, &error));
-    OK(jostle_shape_free(capsule, &error));
+    OK(jostle_free(box, &error));
+    OK(jostle_free(capsule, &error));
 }
 
 } // namespace

@@ -57,7 +57,7 @@ class CMemory : public CTwin
         filters.assign(queries, options_of<jostle_query_filter>());
         filters[0].count = queries;
     }
-    ~CMemory() override { jostle_shapes_free(one_shape, nullptr); }
+    ~CMemory() override { jostle_free(one_shape, nullptr); }
     void make_index()
     {
         const jostle_boxes all = view(boxes);

@@ -144,7 +144,7 @@ TEST_F(CNeighbors, AreThoseOfCpp)
     OK(jostle_neighbor_finder_find(handle, &query, &list, &error));
     expect_same(list, twin.find_systems(points, offsets, cutoff, std::vector{cell}));
     OK(jostle_neighbor_finder_release_memory(handle, &error));
-    OK(jostle_neighbor_finder_free(handle, &error));
+    OK(jostle_free(handle, &error));
 }
 
 TEST_F(CNeighbors, RefuseWhatTheyCannotRead)
@@ -204,7 +204,7 @@ TEST_F(CNeighbors, RefuseWhatTheyCannotRead)
     EXPECT_EQ(list.count, 2u);
     EXPECT_EQ(jostle_neighbor_finder_find(handle, nullptr, &list, &error), JOSTLE_INVALID_ARGUMENT);
     EXPECT_EQ(jostle_neighbor_finder_find(handle, &query, nullptr, &error), JOSTLE_INVALID_ARGUMENT);
-    OK(jostle_neighbor_finder_free(handle, &error));
+    OK(jostle_free(handle, &error));
     EXPECT_NE(jostle_neighbor_finder_find(handle, &query, &list, &error), JOSTLE_OK);
 }
 

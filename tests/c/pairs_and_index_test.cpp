@@ -98,7 +98,7 @@ TEST_F(CPairs, WhatIsSetOnAFilterOfImagesLosesNoRule)
     EXPECT_EQ(
         jostle_find_pairs(JOSTLE_3F, &all, &shown.boxes, &filter, JOSTLE_SORTED, nullptr, results, &error),
         JOSTLE_INVALID_ARGUMENT); // within one set only
-    OK(jostle_images_free(images, &error));
+    OK(jostle_free(images, &error));
 }
 
 TEST_F(CPairs, ABoxAroundAnIndex)
@@ -269,14 +269,14 @@ struct ManyShapes
                 EXPECT_EQ(jostle_shape_capsule(3, size, 0.1, &one, &error), JOSTLE_OK);
             }
             EXPECT_EQ(jostle_shapes_add(c, one, 1, &error), JOSTLE_OK);
-            EXPECT_EQ(jostle_shape_free(one, &error), JOSTLE_OK);
+            EXPECT_EQ(jostle_free(one, &error), JOSTLE_OK);
             poses.push_back({{static_cast<float>(4 * random.unit()), static_cast<float>(4 * random.unit()),
                               static_cast<float>(4 * random.unit())}});
         }
     }
     ManyShapes(const ManyShapes&) = delete;
     ManyShapes& operator=(const ManyShapes&) = delete;
-    ~ManyShapes() { jostle_shapes_free(c, nullptr); }
+    ~ManyShapes() { jostle_free(c, nullptr); }
     [[nodiscard]] jostle_objects objects() const
     {
         return {c, {poses.data(), poses.size(), sizeof(jostle::Pose3f)}};
@@ -362,7 +362,7 @@ void check_shapes(const jostle_index* index, const jostle::BoxIndex3f& twin, con
             EXPECT_EQ(handed.at, std::vector(found.at + found.first[i], found.at + found.first[i + 1]));
         }
         EXPECT_EQ(handed.ids, expected);
-        jostle_shapes_free(its_shape, nullptr);
+        jostle_free(its_shape, nullptr);
     }
     if constexpr (is_nearest || is_cast) {
         using Found = std::conditional_t<is_nearest, Index::FoundDistance, Index::FoundShape>;

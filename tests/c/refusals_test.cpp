@@ -78,11 +78,11 @@ TEST_F(CRefusals, ExecutorsHaveThreads)
     refused(jostle_executor_callback(0, run, nullptr, &none, &error), "at least 1");
     EXPECT_EQ(none, nullptr);
     // One that is freed is no executor any more.
-    OK(jostle_executor_free(executor, &error));
+    OK(jostle_free(executor, &error));
     jostle_executor* const freed = executor;
     executor = nullptr;
     refused(jostle_executor_concurrency(freed, &threads, &error), "freed", JOSTLE_BAD_HANDLE);
-    refused(jostle_executor_free(freed, &error), "freed", JOSTLE_BAD_HANDLE);
+    refused(jostle_free(freed, &error), "freed", JOSTLE_BAD_HANDLE);
 }
 
 TEST_F(CRefusals, BoxesAndBlocks)
@@ -179,7 +179,7 @@ TEST_F(CRefusals, QueriesOfIndexAndWorld)
     const auto visit = [](void*, std::uint64_t, std::uint64_t, double, double*) -> std::int32_t { return 1; };
     refused(jostle_world_closest_pairs(world, other, 1, visit, nullptr, &finished, &error),
             "different spaces");
-    OK(jostle_world_free(other, &error));
+    OK(jostle_free(other, &error));
     auto stats = options_of<jostle_world_stats>();
     stats.struct_size = 4;
     refused(jostle_world_stats_read(world, &stats, &error), "struct_size is 4");
@@ -256,7 +256,7 @@ TEST_F(CRefusals, HandlesAreNotFreedInTheirOwnCallbacks)
     options.executor = executor;
 
     OK(jostle_finder_new(&options, &finder, &error));
-    free_it = [](void* handle) { return jostle_finder_free(static_cast<jostle_finder*>(handle), &inner); };
+    free_it = [](void* handle) { return jostle_free(handle, &inner); };
     auto filter = options_of<jostle_filter>();
     filter.accept = accept;
     filter.context = finder;
@@ -269,7 +269,7 @@ TEST_F(CRefusals, HandlesAreNotFreedInTheirOwnCallbacks)
 
     OK(jostle_index_new(JOSTLE_3F, &options, &index, &error));
     OK(jostle_index_build(index, nullptr, &given, &error));
-    free_it = [](void* handle) { return jostle_index_free(static_cast<jostle_index*>(handle), &inner); };
+    free_it = [](void* handle) { return jostle_free(handle, &inner); };
     std::int32_t finished = 0;
     calls = 0;
     OK(jostle_index_visit(index, &one_box, nullptr, nullptr, visit, index, &finished, &error));
@@ -279,7 +279,7 @@ TEST_F(CRefusals, HandlesAreNotFreedInTheirOwnCallbacks)
     world_options.common = &options;
     world_options.accept = accept_object;
     static jostle_world* its = nullptr;
-    free_it = [](void*) { return jostle_world_free(its, &inner); };
+    free_it = [](void*) { return jostle_free(its, &inner); };
     OK(jostle_world_new(JOSTLE_3F, &world_options, &world, &error));
     its = world;
     std::vector<jostle_id> ids(boxes.size());
@@ -297,15 +297,15 @@ TEST_F(CRefusals, HandlesAreNotFreedInTheirOwnCallbacks)
     OK(jostle_results_new(nullptr, &other, &error));
     free_it = [](void*) {
         if (other != nullptr) {
-            EXPECT_EQ(jostle_results_free(std::exchange(other, nullptr), &inner), JOSTLE_OK);
+            EXPECT_EQ(jostle_free(std::exchange(other, nullptr), &inner), JOSTLE_OK);
         }
         return jostle_status{JOSTLE_INVALID_ARGUMENT};
     };
     OK(jostle_world_visit(world, &one_box, nullptr, nullptr, visit, nullptr, &finished, &error));
     EXPECT_EQ(other, nullptr);
-    OK(jostle_world_free(std::exchange(world, nullptr), &error));
-    OK(jostle_index_free(std::exchange(index, nullptr), &error));
-    OK(jostle_finder_free(std::exchange(finder, nullptr), &error));
+    OK(jostle_free(std::exchange(world, nullptr), &error));
+    OK(jostle_free(std::exchange(index, nullptr), &error));
+    OK(jostle_free(std::exchange(finder, nullptr), &error));
 }
 
 // Threads that aren't the caller's: those of the library, and one of a host's that does everything.
@@ -338,13 +338,13 @@ TEST_F(CRefusals, HandlesAreNotFreedInCallbacksOnOtherThreads)
         if (kind == 1) {
             OK(jostle_executor_threads(4, &executor, &error));
         } else if (kind == 2) {
-            OK(jostle_executor_free(std::exchange(executor, nullptr), &error));
+            OK(jostle_free(std::exchange(executor, nullptr), &error));
             OK(jostle_executor_callback(2, one_thread, nullptr, &executor, &error));
         }
         options.executor = executor;
         calls = elsewhere = 0;
         OK(jostle_finder_new(&options, &finder, &error));
-        free_it = [&] { return jostle_finder_free(finder, nullptr); };
+        free_it = [&] { return jostle_free(finder, nullptr); };
         auto filter = options_of<jostle_filter>();
         filter.accept = [](void*, std::uint32_t, std::uint32_t) -> std::int32_t {
             do_it();
@@ -367,8 +367,8 @@ TEST_F(CRefusals, HandlesAreNotFreedInCallbacksOnOtherThreads)
             EXPECT_EQ(elsewhere, calls);
         }
         EXPECT_EQ(frees, 0);
-        OK(jostle_index_free(std::exchange(index, nullptr), &error));
-        OK(jostle_finder_free(std::exchange(finder, nullptr), &error));
+        OK(jostle_free(std::exchange(index, nullptr), &error));
+        OK(jostle_free(std::exchange(finder, nullptr), &error));
     }
     free_it = nullptr;
 }
@@ -471,9 +471,9 @@ TEST_F(CRefusals, HandlesAreNotChangedInTheirOwnCallbacks)
         called("a change of the shapes");
     }
     OK(jostle_shapes_add(shapes, ball, 1, &error)); // afterwards
-    OK(jostle_shapes_free(shapes, &error));
-    OK(jostle_shape_free(ball, &error));
-    OK(jostle_shape_free(own, &error));
+    OK(jostle_free(shapes, &error));
+    OK(jostle_free(ball, &error));
+    OK(jostle_free(own, &error));
     change = nullptr;
 }
 
@@ -490,8 +490,8 @@ TEST_F(CRefusals, PointsAreNamed)
     refused(jostle_closed_mesh_winding_numbers(solid, points[0], 3, numbers, &error), "1e+61");
     EXPECT_EQ(error.index, 2u);
     EXPECT_EQ(numbers[0], 1);
-    OK(jostle_closed_mesh_free(solid, &error));
-    OK(jostle_shape_free(mesh, &error));
+    OK(jostle_free(solid, &error));
+    OK(jostle_free(mesh, &error));
 }
 
 TEST_F(CRefusals, ShapesAndWork)
@@ -504,7 +504,7 @@ TEST_F(CRefusals, ShapesAndWork)
     refused(jostle_shape_vertices(ball, &corners, &count, &error), "neither a hull nor a mesh");
     refused(jostle_shape_face_count(ball, &count, &error), "neither a hull nor a mesh");
     refused(jostle_shape_face(ball, 0, &face, &count, &error), "neither a hull in 3D nor a mesh");
-    OK(jostle_shape_free(ball, &error));
+    OK(jostle_free(ball, &error));
     const double triangle[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
     const std::uint32_t element[3] = {0, 1, 2};
     jostle_shape* mesh = nullptr;
@@ -512,7 +512,7 @@ TEST_F(CRefusals, ShapesAndWork)
     refused(jostle_shape_face(mesh, 1, &face, &count, &error), "the mesh has 1 faces, and none of number 1");
     OK(jostle_shape_face_count(mesh, &count, &error));
     EXPECT_EQ(count, 1u);
-    OK(jostle_shape_free(mesh, &error));
+    OK(jostle_free(mesh, &error));
 }
 
 } // namespace

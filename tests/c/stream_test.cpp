@@ -85,7 +85,7 @@ class Stream
 
         Both() = default;
         Both(const Both&) = delete;
-        ~Both() { EXPECT_EQ(jostle_world_free(c, nullptr), JOSTLE_OK); }
+        ~Both() { EXPECT_EQ(jostle_free(c, nullptr), JOSTLE_OK); }
         void make(Stream& stream, bool asks, Both* inner)
         {
             asked = {Asked{&stream, inner, 0, false}, Asked{&stream, inner, 0, true}};
@@ -114,7 +114,7 @@ class Stream
         other_.make(*this, false, nullptr);
     }
     Stream(const Stream&) = delete;
-    ~Stream() { jostle_results_free(results_, nullptr); }
+    ~Stream() { jostle_free(results_, nullptr); }
 
     void run(int turns)
     {
@@ -404,7 +404,7 @@ class Stream
         ASSERT_EQ(jostle_world_fork(world_.c, &twin, &error_), JOSTLE_OK);
         ASSERT_EQ(jostle_world_save(twin, results_, &error_), JOSTLE_OK);
         EXPECT_EQ(bytes_of_results(), fork.save());
-        jostle_world_free(twin, nullptr);
+        jostle_free(twin, nullptr);
     }
     void turn()
     {

@@ -135,8 +135,8 @@ void try_all_searches(jostle_space space)
         expect_same(crossings, twin.crossings(surface, at, wish));
     }
     OK(jostle_surface_finder_release_memory(finder, &error));
-    OK(jostle_surface_finder_free(finder, &error));
-    OK(jostle_surface_free(handle, &error));
+    OK(jostle_free(finder, &error));
+    OK(jostle_free(handle, &error));
     EXPECT_EQ(jostle_surface_parts_read(handle, &read, &error), JOSTLE_BAD_HANDLE);
 }
 
@@ -277,8 +277,8 @@ TEST_F(CSurfaces, RefuseWhatTheyCannotRead)
     EXPECT_EQ(near.vertex_triangle.count, 0u);
     OK(jostle_surface_finder_moving(finder, surface, at, at, 3, 1, nullptr, &moving, &error));
     EXPECT_EQ(moving.safe_step, 1);
-    OK(jostle_surface_finder_free(finder, &error));
-    OK(jostle_surface_free(surface, &error));
+    OK(jostle_free(finder, &error));
+    OK(jostle_free(surface, &error));
 }
 
 TEST_F(CSurfaces, EndWithTheNumberOfACallbackThatFailed)
@@ -296,9 +296,7 @@ TEST_F(CSurfaces, EndWithTheNumberOfACallbackThatFailed)
     const auto fail = [](void*, std::uint32_t, std::uint32_t) { return std::int32_t{-42}; };
     // A callback can't free the finder that asks it.
     const auto free_it = [](void* context, std::uint32_t, std::uint32_t) {
-        return jostle_surface_finder_free(static_cast<jostle_surface_finder*>(context), nullptr) == JOSTLE_OK
-                   ? std::int32_t{-1}
-                   : std::int32_t{1};
+        return jostle_free(context, nullptr) == JOSTLE_OK ? std::int32_t{-1} : std::int32_t{1};
     };
     jostle_near_surface near{};
     for (const auto member :
@@ -312,8 +310,8 @@ TEST_F(CSurfaces, EndWithTheNumberOfACallbackThatFailed)
                   JOSTLE_CALLBACK_FAILED);
         EXPECT_EQ(error.callback_result, -42);
     }
-    OK(jostle_surface_finder_free(finder, &error));
-    OK(jostle_surface_free(surface, &error));
+    OK(jostle_free(finder, &error));
+    OK(jostle_free(surface, &error));
 }
 
 } // namespace

@@ -92,14 +92,14 @@ class CTwin : public testing::Test
     CTwin() { EXPECT_EQ(jostle_results_new(nullptr, &results, &error), JOSTLE_OK); }
     ~CTwin() override
     {
-        jostle_world_free(world, nullptr);
-        jostle_index_free(index, nullptr);
-        jostle_finder_free(finder, nullptr);
-        jostle_contact_finder_free(contact_finder, nullptr);
-        jostle_shapes_free(shapes, nullptr);
-        jostle_shapes_free(more_shapes, nullptr);
-        jostle_executor_free(executor, nullptr);
-        jostle_results_free(results, nullptr);
+        jostle_free(world, nullptr);
+        jostle_free(index, nullptr);
+        jostle_free(finder, nullptr);
+        jostle_free(contact_finder, nullptr);
+        jostle_free(shapes, nullptr);
+        jostle_free(more_shapes, nullptr);
+        jostle_free(executor, nullptr);
+        jostle_free(results, nullptr);
     }
 
     [[nodiscard]] jostle_boxes view(const std::vector<Aabb3f>& boxes)

@@ -323,7 +323,7 @@ TEST_F(CWorld, ListsAreThoseOfTheLastUpdateWhateverEndsThem)
     OK(jostle_world_new(JOSTLE_2D, NULL, &view, &error));
     EXPECT_NE(jostle_world_follow(view, world, &error), JOSTLE_OK);
     EXPECT_NE(std::string(error.message).find("different spaces"), std::string::npos);
-    OK(jostle_world_free(view, &error));
+    OK(jostle_free(view, &error));
     OK(jostle_world_fork(world, &view, &error));
     OK(jostle_world_follow(view, world, &error));
     OK(jostle_world_size(world, &size, &error));
@@ -335,7 +335,7 @@ TEST_F(CWorld, ListsAreThoseOfTheLastUpdateWhateverEndsThem)
     EXPECT_NE(jostle_world_update(view, &error), JOSTLE_OK);
     OK(jostle_world_clear(view, &error));
     OK(jostle_world_update(view, &error));
-    OK(jostle_world_free(view, &error));
+    OK(jostle_free(view, &error));
     OK(jostle_world_clear(world, &error));
     EXPECT_EQ(began() + ended() + persisted() + changed(), 0u);
     EXPECT_NE(jostle_world_save_changes(world, results, &error), JOSTLE_OK);

@@ -391,7 +391,7 @@ namespace Jostle.Tests
             int alive = 0;
             for (int i = 0; i < seen.Length; ++i)
             {
-                bool freed = Native.jostle_finder_free(seen[i], null) == Status.BadHandle;
+                bool freed = Native.jostle_free((void*)seen[i], null) == Status.BadHandle;
                 if (i % 2 == 0) Expect.True(freed, "a finder that was disposed is there");
                 alive += freed ? 0 : 1;
             }

@@ -67,15 +67,15 @@ class Sequence
     explicit Sequence(const jostle_options& options) : options_(options) {}
     ~Sequence()
     {
-        (void)jostle_finder_free(finder, nullptr);
-        (void)jostle_index_free(index, nullptr);
-        (void)jostle_world_free(world, nullptr);
-        (void)jostle_world_free(fork, nullptr);
-        (void)jostle_results_free(results, nullptr);
-        (void)jostle_shapes_free(shapes, nullptr);
-        (void)jostle_shape_free(hull, nullptr);
-        (void)jostle_contact_finder_free(contacts, nullptr);
-        (void)jostle_images_free(images, nullptr);
+        (void)jostle_free(finder, nullptr);
+        (void)jostle_free(index, nullptr);
+        (void)jostle_free(world, nullptr);
+        (void)jostle_free(fork, nullptr);
+        (void)jostle_free(results, nullptr);
+        (void)jostle_free(shapes, nullptr);
+        (void)jostle_free(hull, nullptr);
+        (void)jostle_free(contacts, nullptr);
+        (void)jostle_free(images, nullptr);
     }
 
     jostle_finder* finder = nullptr;
@@ -243,7 +243,7 @@ TEST_P(Starved, EveryCallEndsWithOutOfMemoryAndTheNextOneWorks)
         }
         EXPECT_EQ(allocator.blocks, 0) << "lost";
     }
-    EXPECT_EQ(jostle_executor_free(serial, nullptr), JOSTLE_OK);
+    EXPECT_EQ(jostle_free(serial, nullptr), JOSTLE_OK);
 }
 
 // With an allocation for each, all would be copied each time, and 40,000 took ten seconds.
@@ -265,9 +265,9 @@ TEST(Shapes, AddedOneByOneAreSeldomCopied)
     std::uint64_t size = 0;
     EXPECT_EQ(jostle_shapes_size(shapes, &size, nullptr), JOSTLE_OK);
     EXPECT_EQ(size, 10'000u);
-    EXPECT_EQ(jostle_shapes_free(shapes, nullptr), JOSTLE_OK);
-    EXPECT_EQ(jostle_shape_free(box, nullptr), JOSTLE_OK);
-    EXPECT_EQ(jostle_shape_free(hull, nullptr), JOSTLE_OK);
+    EXPECT_EQ(jostle_free(shapes, nullptr), JOSTLE_OK);
+    EXPECT_EQ(jostle_free(box, nullptr), JOSTLE_OK);
+    EXPECT_EQ(jostle_free(hull, nullptr), JOSTLE_OK);
 }
 
 INSTANTIATE_TEST_SUITE_P(, Starved, testing::Bool(),

@@ -45,7 +45,7 @@ class Session
     ~Session()
     {
         for (Handle& handle : handles_)
-            if (handle.alive) (void)free(handle.kind, handle.pointer);
+            if (handle.alive) (void)jostle_free(handle.pointer, &error_);
     }
 
     void go()
@@ -136,25 +136,6 @@ class Session
         handles_.push_back({kind, made, true});
         return {&handles_.back(), made, true};
     }
-    jostle_status free(Kind kind, void* pointer)
-    {
-        switch (kind) {
-        case executor:
-            return jostle_executor_free(static_cast<jostle_executor*>(pointer), &error_);
-        case results:
-            return jostle_results_free(static_cast<jostle_results*>(pointer), &error_);
-        case finder:
-            return jostle_finder_free(static_cast<jostle_finder*>(pointer), &error_);
-        case box_index:
-            return jostle_index_free(static_cast<jostle_index*>(pointer), &error_);
-        case world:
-            return jostle_world_free(static_cast<jostle_world*>(pointer), &error_);
-        case shape:
-            return jostle_shape_free(static_cast<jostle_shape*>(pointer), &error_);
-        default:
-            return jostle_shapes_free(static_cast<jostle_shapes*>(pointer), &error_);
-        }
-    }
 
     struct Boxes
     {
@@ -210,11 +191,13 @@ class Session
             (void)make(static_cast<Kind>(in_.below(kinds)));
             return;
         case 1: {
-            const auto kind = static_cast<Kind>(in_.below(kinds));
-            const Choice choice = choose(kind);
-            const jostle_status status = free(kind, choice.pointer);
-            expect(status, choice.good || choice.pointer == nullptr, "freeing a handle");
-            if (choice.good) choice.handle->alive = false;
+            const Choice choice = choose(static_cast<Kind>(in_.below(kinds)));
+            const auto freed = std::find_if(handles_.begin(), handles_.end(), [&](const Handle& each) {
+                return each.alive && each.pointer == choice.pointer; // of any kind
+            });
+            const jostle_status status = jostle_free(choice.pointer, &error_);
+            expect(status, choice.pointer == nullptr || freed != handles_.end(), "freeing a handle");
+            if (freed != handles_.end()) freed->alive = false;
             return;
         }
         case 2:

@@ -29,7 +29,7 @@ export class BoxIndex extends Owned {
     const space = space_of(dim, type);
     super(
       core,
-      "_jostle_index_free",
+      "_jostle_free",
       core.within(() => core.make("jostle_index_new", space, core.options())),
     );
     this.dim = dim;

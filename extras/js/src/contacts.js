@@ -42,7 +42,7 @@ export class ContactFinder extends Owned {
     const space = space_of(dim, type);
     super(
       core,
-      "_jostle_contact_finder_free",
+      "_jostle_free",
       core.within(() => {
         const given = core.options();
         core.data.setInt32(given + C.jostle_options.all_points, allPoints ? 1 : 0, true);

@@ -184,7 +184,7 @@ export class NeighborFinder extends Owned {
     number(skin, "skin");
     super(
       core,
-      "_jostle_neighbor_finder_free",
+      "_jostle_free",
       core.within(() => core.make("jostle_neighbor_finder_new", space, core.options())),
     );
     this.dim = dim;

@@ -95,13 +95,13 @@ export class PairFinder extends Owned {
   #stats; // of another engine
 
   constructor(core) {
-    super(core, "_jostle_finder_free", core.within(() => core.make("jostle_finder_new", core.options())));
+    super(core, "_jostle_free", core.within(() => core.make("jostle_finder_new", core.options())));
   }
 
   #finder(calls_back) {
     const { core, pointer } = this; // it refuses if this was disposed of
     if (!calls_back || core.executor === core.serial) return pointer;
-    this.#serial ??= new Owned(core, "_jostle_finder_free",
+    this.#serial ??= new Owned(core, "_jostle_free",
       core.within(() => core.make("jostle_finder_new", core.options(core.serial))));
     return this.#serial.pointer;
   }
@@ -393,7 +393,7 @@ export function find_periodic_pairs(core, finder, boxes, period, given) {
         );
     const images = new Owned(
       core,
-      "_jostle_images_free",
+      "_jostle_free",
       core.make("jostle_images_new", space, core.options()),
     );
     try {

@@ -112,7 +112,7 @@ function one_by_one(core, all, dim, inside) {
       inside({ ...all, at: one, count: 1 });
     }
   } finally {
-    if (its_shape !== undefined) core.module._jostle_shapes_free(its_shape, 0);
+    if (its_shape !== undefined) core.module._jostle_free(its_shape, 0);
   }
 }
 

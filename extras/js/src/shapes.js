@@ -9,7 +9,7 @@ import * as C from "./structs.js";
 /** One collision shape: see jostle.d.ts. */
 export class Shape extends Owned {
   constructor(core, pointer) {
-    super(core, "_jostle_shape_free", pointer);
+    super(core, "_jostle_free", pointer);
     const [dim, type] = core.within(() => {
       const info = core.struct(C.jostle_shape_info);
       core.call("jostle_shape_info_read", pointer, info);
@@ -113,7 +113,7 @@ export class Shapes extends Owned {
     if (!Array.isArray(shapes))
       refuse(`shapes are ${describe(shapes)}: they must be a list, such as [jostle.sphere(1)]`);
     const of = checked_dim(dim ?? shapes[0]?.dim ?? 3);
-    super(core, "_jostle_shapes_free", core.make("jostle_shapes_new", of));
+    super(core, "_jostle_free", core.make("jostle_shapes_new", of));
     this.dim = of;
     for (const shape of shapes) this.add(shape);
   }

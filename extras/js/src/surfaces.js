@@ -36,7 +36,7 @@ export class Surface extends Owned {
     const { triangles, edges, points, vertices = 0 } = options_of(parts, "parts");
     super(
       core,
-      "_jostle_surface_free",
+      "_jostle_free",
       core.within(() => {
         const given = core.struct(C.jostle_surface_parts), layout = C.jostle_surface_parts;
         const place = (list, name, width, count) => {
@@ -93,7 +93,7 @@ export class SurfaceFinder extends Owned {
     const space = space_of(3, type);
     super(
       core,
-      "_jostle_surface_finder_free",
+      "_jostle_free",
       core.within(() => core.make("jostle_surface_finder_new", space, core.options())),
     );
     this.type = type;

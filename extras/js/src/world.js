@@ -39,7 +39,7 @@ export class World extends Owned {
     if (accept !== undefined) ++accept.worlds;
     super(
       core,
-      "_jostle_world_free",
+      "_jostle_free",
       pointer,
       accept && (() => --accept.worlds === 0 && core.forget(accept.number)),
     );
@@ -470,7 +470,7 @@ export class World extends Owned {
 /** Small numbers for pairs, as long as they touch: see jostle.d.ts. */
 export class PairSlots extends Owned {
   constructor(core) {
-    super(core, "_jostle_pair_slots_free", core.make("jostle_pair_slots_new"));
+    super(core, "_jostle_free", core.make("jostle_pair_slots_new"));
   }
   update(began, ended) {
     const core = this.core;

@@ -82,21 +82,21 @@ void call(F&& f, Pending* pending = nullptr)
     raise(error);
 }
 
-template <class Handle, jostle_status (*Free)(Handle*, jostle_error*)>
-struct Freed
+struct Free
 {
-    void operator()(Handle* handle) const noexcept { Free(handle, nullptr); }
+    void operator()(void* handle) const noexcept { jostle_free(handle, nullptr); }
 };
-using Executor = std::unique_ptr<jostle_executor, Freed<jostle_executor, jostle_executor_free>>;
-using Results = std::unique_ptr<jostle_results, Freed<jostle_results, jostle_results_free>>;
-using FinderHandle = std::unique_ptr<jostle_finder, Freed<jostle_finder, jostle_finder_free>>;
-using ImagesHandle = std::unique_ptr<jostle_images, Freed<jostle_images, jostle_images_free>>;
-using IndexHandle = std::unique_ptr<jostle_index, Freed<jostle_index, jostle_index_free>>;
-using WorldHandle = std::unique_ptr<jostle_world, Freed<jostle_world, jostle_world_free>>;
-using ShapeHandle = std::unique_ptr<jostle_shape, Freed<jostle_shape, jostle_shape_free>>;
-using ShapesHandle = std::unique_ptr<jostle_shapes, Freed<jostle_shapes, jostle_shapes_free>>;
-using ContactFinderHandle =
-    std::unique_ptr<jostle_contact_finder, Freed<jostle_contact_finder, jostle_contact_finder_free>>;
+template <class Handle>
+using Owned = std::unique_ptr<Handle, Free>;
+using Executor = Owned<jostle_executor>;
+using Results = Owned<jostle_results>;
+using FinderHandle = Owned<jostle_finder>;
+using ImagesHandle = Owned<jostle_images>;
+using IndexHandle = Owned<jostle_index>;
+using WorldHandle = Owned<jostle_world>;
+using ShapeHandle = Owned<jostle_shape>;
+using ShapesHandle = Owned<jostle_shapes>;
+using ContactFinderHandle = Owned<jostle_contact_finder>;
 
 /// Makes a handle: make(&out, error).
 template <class Owner, class F>

@@ -7,8 +7,7 @@ namespace jostle_python {
 
 namespace {
 
-using ClosedMeshHandle =
-    std::unique_ptr<jostle_closed_mesh, Freed<jostle_closed_mesh, jostle_closed_mesh_free>>;
+using ClosedMeshHandle = Owned<jostle_closed_mesh>;
 
 class ClosedMesh
 {

@@ -15,8 +15,7 @@ namespace jostle_python {
 
 namespace {
 
-using NeighborFinderHandle =
-    std::unique_ptr<jostle_neighbor_finder, Freed<jostle_neighbor_finder, jostle_neighbor_finder_free>>;
+using NeighborFinderHandle = Owned<jostle_neighbor_finder>;
 
 /// What is asked, with the arrays that it reads.
 struct NeighborQuery

@@ -12,9 +12,8 @@ namespace jostle_python {
 
 namespace {
 
-using SurfaceHandle = std::unique_ptr<jostle_surface, Freed<jostle_surface, jostle_surface_free>>;
-using SurfaceFinderHandle =
-    std::unique_ptr<jostle_surface_finder, Freed<jostle_surface_finder, jostle_surface_finder_free>>;
+using SurfaceHandle = Owned<jostle_surface>;
+using SurfaceFinderHandle = Owned<jostle_surface_finder>;
 
 class Surface
 {

@@ -102,7 +102,7 @@ std::uint64_t want_id_pairs(const U64& pairs, const char* name)
     return static_cast<std::uint64_t>(pairs.shape(0));
 }
 
-using PairSlotsHandle = std::unique_ptr<jostle_pair_slots, Freed<jostle_pair_slots, jostle_pair_slots_free>>;
+using PairSlotsHandle = Owned<jostle_pair_slots>;
 
 class PairSlots
 {

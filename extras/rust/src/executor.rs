@@ -28,7 +28,7 @@ unsafe impl Sync for Inner {}
 impl Drop for Inner {
     fn drop(&mut self) {
         // SAFETY: the handle is ours. What was made with it is gone, since it had a clone of the Arc.
-        unsafe { ffi::jostle_executor_free(self.handle, null_mut()) };
+        unsafe { ffi::jostle_free(self.handle.cast(), null_mut()) };
     }
 }
 

@@ -1061,6 +1061,8 @@ extern "C" {
     /// ever.
     pub fn jostle_instruction_sets(sets: *mut *const jostle_instruction_set, count: *mut u64, error: *mut jostle_error) -> jostle_status;
     pub fn jostle_instruction_set_name(set: jostle_instruction_set, name: *mut *const c_char, error: *mut jostle_error) -> jostle_status;
+    /// Gives back a handle of any kind, or does nothing with NULL.
+    pub fn jostle_free(handle: *mut c_void, error: *mut jostle_error) -> jostle_status;
     /// Everything on the calling thread.
     pub fn jostle_executor_serial(out: *mut *mut jostle_executor, error: *mut jostle_error) -> jostle_status;
     /// What calls use that are given none, with at most `threads` threads, 0 for all: oneTBB's, or threads of its
@@ -1070,7 +1072,6 @@ extern "C" {
     pub fn jostle_executor_threads(threads: u32, out: *mut *mut jostle_executor, error: *mut jostle_error) -> jostle_status;
     /// The host's own job system. `run` and `context` are kept until the executor is freed and nothing uses it.
     pub fn jostle_executor_callback(concurrency: u32, run: jostle_run_function, context: *mut c_void, out: *mut *mut jostle_executor, error: *mut jostle_error) -> jostle_status;
-    pub fn jostle_executor_free(executor: *mut jostle_executor, error: *mut jostle_error) -> jostle_status;
     pub fn jostle_executor_concurrency(executor: *const jostle_executor, threads: *mut u32, error: *mut jostle_error) -> jostle_status;
     /// Fails as every search would with these boxes, or does nothing. Cost: one pass.
     pub fn jostle_boxes_check(space: jostle_space, boxes: *const jostle_boxes, error: *mut jostle_error) -> jostle_status;
@@ -1078,7 +1079,6 @@ extern "C" {
     /// valid until then. Its memory is used again: a call like the one before allocates nothing. `options` may be
     /// NULL; its allocator alone counts.
     pub fn jostle_results_new(options: *const jostle_options, out: *mut *mut jostle_results, error: *mut jostle_error) -> jostle_status;
-    pub fn jostle_results_free(results: *mut jostle_results, error: *mut jostle_error) -> jostle_status;
     /// The pairs or contacts of a result.
     pub fn jostle_results_blocks(results: *const jostle_results, out: *mut jostle_blocks, error: *mut jostle_error) -> jostle_status;
     /// The lists of answers of a result.
@@ -1092,7 +1092,6 @@ extern "C" {
     pub fn jostle_pair_checksum(pairs: *const jostle_blocks, checksum: *mut u64, error: *mut jostle_error) -> jostle_status;
     /// `options` may be NULL. One finder serves boxes of every space.
     pub fn jostle_finder_new(options: *const jostle_options, out: *mut *mut jostle_finder, error: *mut jostle_error) -> jostle_status;
-    pub fn jostle_finder_free(finder: *mut jostle_finder, error: *mut jostle_error) -> jostle_status;
     /// All pairs among `a` or, if `b` isn't NULL, of one box of `a` and one of `b`. `filter` may be NULL. The
     /// pairs lie in the finder and are valid until its next call.
     /// Cost      expected linear in boxes and pairs.
@@ -1120,7 +1119,6 @@ extern "C" {
     pub fn jostle_spatial_order(space: jostle_space, boxes: *const jostle_boxes, options: *const jostle_options, order: *mut u32, error: *mut jostle_error) -> jostle_status;
     /// `options` may be NULL.
     pub fn jostle_images_new(space: jostle_space, options: *const jostle_options, out: *mut *mut jostle_images, error: *mut jostle_error) -> jostle_status;
-    pub fn jostle_images_free(images: *mut jostle_images, error: *mut jostle_error) -> jostle_status;
     /// Copies the boxes and adds the images of those near an end of a periodic axis. `period`: its length along
     /// each axis, dim numbers, 0 where space doesn't repeat itself.
     /// Cost      two passes over the boxes and a copy of them.
@@ -1136,7 +1134,6 @@ extern "C" {
     pub fn jostle_images_filter(images: *mut jostle_images, originals: *const jostle_filter, out: *mut jostle_filter, error: *mut jostle_error) -> jostle_status;
     /// `options` may be NULL.
     pub fn jostle_neighbor_finder_new(space: jostle_space, options: *const jostle_options, out: *mut *mut jostle_neighbor_finder, error: *mut jostle_error) -> jostle_status;
-    pub fn jostle_neighbor_finder_free(finder: *mut jostle_neighbor_finder, error: *mut jostle_error) -> jostle_status;
     /// For each point all points within a cutoff, with their images where space repeats itself; of many systems,
     /// within each. What exactly, where points may lie, and what is an error, says NeighborFinder in
     /// neighbors.hpp.
@@ -1149,8 +1146,6 @@ extern "C" {
     /// `options` may be NULL.
     #[cfg(feature = "world")]
     pub fn jostle_index_new(space: jostle_space, options: *const jostle_options, out: *mut *mut jostle_index, error: *mut jostle_error) -> jostle_status;
-    #[cfg(feature = "world")]
-    pub fn jostle_index_free(index: *mut jostle_index, error: *mut jostle_error) -> jostle_status;
     /// Forgets everything and takes these boxes. Box i gets the id ids\[i] or, if `ids` is NULL, i. Below, too,
     /// there are as many ids as boxes.
     #[cfg(feature = "world")]
@@ -1221,8 +1216,6 @@ extern "C" {
     /// `options` may be NULL.
     #[cfg(feature = "world")]
     pub fn jostle_world_new(space: jostle_space, options: *const jostle_world_options, out: *mut *mut jostle_world, error: *mut jostle_error) -> jostle_status;
-    #[cfg(feature = "world")]
-    pub fn jostle_world_free(world: *mut jostle_world, error: *mut jostle_error) -> jostle_status;
     /// As many new objects as boxes. ids\[i] becomes that of box i, good at once. `options` may be NULL.
     #[cfg(feature = "world")]
     pub fn jostle_world_add(world: *mut jostle_world, boxes: *const jostle_boxes, options: *const jostle_object_options, ids: *mut jostle_id, error: *mut jostle_error) -> jostle_status;
@@ -1370,8 +1363,6 @@ extern "C" {
     pub fn jostle_world_draw(world: *const jostle_world, r#box: jostle_draw_function, line: jostle_draw_function, context: *mut c_void, error: *mut jostle_error) -> jostle_status;
     #[cfg(feature = "world")]
     pub fn jostle_pair_slots_new(out: *mut *mut jostle_pair_slots, error: *mut jostle_error) -> jostle_status;
-    #[cfg(feature = "world")]
-    pub fn jostle_pair_slots_free(slots: *mut jostle_pair_slots, error: *mut jostle_error) -> jostle_status;
     /// Gives slots to pairs that begin, and takes back those of pairs that end: the lists of jostle_world_began
     /// and jostle_world_ended, after every update.
     #[cfg(feature = "world")]
@@ -1401,10 +1392,9 @@ extern "C" {
     /// Errors    an object that is object_count or more; jostle_error::index is the lowest such i.
     pub fn jostle_sum_by_object(number: jostle_number, width: u32, objects: *const u32, values: *const c_void, count: u64, options: *const jostle_options, object_count: u32, sums: *mut c_void, error: *mut jostle_error) -> jostle_status;
     /// Begins a recording of boxes. `frames_per_second` may be 0; `description`, UTF-8, says where the boxes come
-    /// from and may be NULL. A file of this name is replaced.
+    /// from and may be NULL. A file of this name is replaced. jostle_free closes the file, if
+    /// jostle_recorder_close hasn't, without telling what goes wrong then.
     pub fn jostle_recorder_new(space: jostle_space, path: *const c_char, frames_per_second: f64, description: *const c_char, out: *mut *mut jostle_recorder, error: *mut jostle_error) -> jostle_status;
-    /// Closes the file, if jostle_recorder_close hasn't, without telling what goes wrong then.
-    pub fn jostle_recorder_free(recorder: *mut jostle_recorder, error: *mut jostle_error) -> jostle_status;
     /// Writes a frame: any number of boxes.
     pub fn jostle_recorder_frame(recorder: *mut jostle_recorder, boxes: *const jostle_boxes, error: *mut jostle_error) -> jostle_status;
     /// Completes the file. There are no frames after it.

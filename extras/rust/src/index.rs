@@ -33,7 +33,7 @@ unsafe impl<T: Coordinate<D>, const D: usize> Sync for BoxIndex<T, D> {}
 impl<T: Coordinate<D>, const D: usize> Drop for BoxIndex<T, D> {
     fn drop(&mut self) {
         // SAFETY: the handle is ours.
-        unsafe { ffi::jostle_index_free(self.handle, null_mut()) };
+        unsafe { ffi::jostle_free(self.handle.cast(), null_mut()) };
     }
 }
 impl<T: Coordinate<D>, const D: usize> Default for BoxIndex<T, D> {

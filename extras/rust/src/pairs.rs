@@ -313,7 +313,7 @@ impl Default for PairFinder {
 impl Drop for PairFinder {
     fn drop(&mut self) {
         // SAFETY: the handle is ours.
-        unsafe { ffi::jostle_finder_free(self.handle, null_mut()) };
+        unsafe { ffi::jostle_free(self.handle.cast(), null_mut()) };
     }
 }
 impl std::fmt::Debug for PairFinder {
@@ -502,6 +502,6 @@ impl Results {
 impl Drop for Results {
     fn drop(&mut self) {
         // SAFETY: the handle is ours.
-        unsafe { ffi::jostle_results_free(self.0, null_mut()) };
+        unsafe { ffi::jostle_free(self.0.cast(), null_mut()) };
     }
 }

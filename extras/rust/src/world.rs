@@ -214,7 +214,7 @@ unsafe impl<T: Coordinate<D>, const D: usize> Sync for World<T, D> {}
 impl<T: Coordinate<D>, const D: usize> Drop for World<T, D> {
     fn drop(&mut self) {
         // SAFETY: the handle is ours.
-        unsafe { ffi::jostle_world_free(self.handle, null_mut()) };
+        unsafe { ffi::jostle_free(self.handle.cast(), null_mut()) };
     }
 }
 impl<T: Coordinate<D>, const D: usize> Default for World<T, D> {

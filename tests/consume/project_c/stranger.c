@@ -23,6 +23,6 @@ int main(void)
         return 1;
     }
     if (pairs.count != 1 || faces != 4) return 1;
-    jostle_shape_free(hull, NULL);
-    return jostle_finder_free(finder, NULL);
+    jostle_free(hull, NULL);
+    return jostle_free(finder, NULL);
 }
