@@ -42,7 +42,7 @@ local results, lists = results_out[0], ffi.new("jostle_lists")
 -- The three that are nearest to a point: its coordinates, how far.
 local point = ffi.new("double[3]", 20.5, 3, math.huge)
 local near = ffi.new("jostle_queries[1]", { { jostle.JOSTLE_NEAREST, 3, { point, 1, 3 * 8 } } })
-call("index_all", index, near, nil, nil, -1ULL, results)
+call("query_all", index, near, nil, nil, -1ULL, results)
 call("results_lists", results, lists)
 for i = 0, tonumber(lists.count) - 1 do
     print(("near: %d at %.3f"):format(tonumber(lists.ids[i]), math.sqrt(lists.at[i])))
@@ -51,7 +51,7 @@ end
 -- What a ray meets first: origin, direction, how far.
 local numbers, hit = ffi.new("double[5]", -3, 0.5, 1, 0, math.huge), ffi.new("jostle_hit[1]")
 local ray = ffi.new("jostle_queries[1]", { { jostle.JOSTLE_RAY, 0, { numbers, 1, 5 * 8 } } })
-call("index_first", index, ray, nil, nil, hit, nil)
+call("query_first", index, ray, nil, nil, hit, nil)
 print(("ray: %d at %g"):format(tonumber(hit[0].id), hit[0].at))
 
 -- A mistake is an error that names the object.

@@ -1048,6 +1048,36 @@ namespace Jostle
         public static extern Status jostle_neighbor_finder_release_memory(NeighborFinderHandle finder,
             jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
+        public static extern Status jostle_query_bounds(Handle handle, int* any, void* box,
+            jostle_error* error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
+        public static extern Status jostle_query_any(Handle handle, jostle_queries* queries,
+            jostle_objects* objects, jostle_query_filter* filter, byte* any, jostle_error* error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
+        public static extern Status jostle_query_count(Handle handle, jostle_queries* queries,
+            jostle_objects* objects, jostle_query_filter* filter, ulong* counts, jostle_error* error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
+        public static extern Status jostle_query_first(Handle handle, jostle_queries* queries,
+            jostle_objects* objects, jostle_query_filter* filter, jostle_hit* hits, void* details,
+            jostle_error* error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
+        public static extern Status jostle_query_all(Handle handle, jostle_queries* queries,
+            jostle_objects* objects, jostle_query_filter* filter, ulong max_results,
+            ResultsHandle results, jostle_error* error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
+        public static extern Status jostle_query_visit(Handle handle, jostle_queries* query,
+            jostle_objects* objects, jostle_query_filter* filter, IntPtr visit, void* context,
+            int* finished, jostle_error* error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
+        public static extern Status jostle_box_answers(Space space, jostle_queries* queries, void* box,
+            byte* answers, double* at, jostle_error* error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
+        public static extern Status jostle_query_join(Handle handle, jostle_boxes* boxes,
+            jostle_query_filter* filter, ResultsHandle results, jostle_error* error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
+        public static extern Status jostle_query_closest_pairs(Handle handle, Handle other,
+            double max_distance, IntPtr visit, void* context, int* finished, jostle_error* error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_index_new(Space space, jostle_options* options, out
             IndexHandle @out, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
@@ -1076,41 +1106,11 @@ namespace Jostle
         public static extern Status jostle_index_boxes(IndexHandle index, uint* ids, ulong count,
             void* boxes, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_index_bounds(IndexHandle index, int* any, void* box,
-            jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_index_stats_read(IndexHandle index, jostle_index_stats* stats,
             jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_index_join(IndexHandle index, jostle_boxes* boxes,
-            ResultsHandle results, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_index_any(IndexHandle index, jostle_queries* queries,
-            jostle_objects* objects, jostle_query_filter* filter, byte* any, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_index_count(IndexHandle index, jostle_queries* queries,
-            jostle_objects* objects, jostle_query_filter* filter, ulong* counts, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_index_first(IndexHandle index, jostle_queries* queries,
-            jostle_objects* objects, jostle_query_filter* filter, jostle_hit* hits, void* details,
-            jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_index_all(IndexHandle index, jostle_queries* queries,
-            jostle_objects* objects, jostle_query_filter* filter, ulong max_results,
-            ResultsHandle results, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_index_visit(IndexHandle index, jostle_queries* query,
-            jostle_objects* objects, jostle_query_filter* filter, IntPtr visit, void* context,
-            int* finished, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_box_answers(Space space, jostle_queries* queries, void* box,
-            byte* answers, double* at, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_index_pairs(IndexHandle index, IndexHandle other, IntPtr visit,
             void* context, int* finished, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_index_closest_pairs(IndexHandle index, IndexHandle other,
-            double max_distance, IntPtr visit, void* context, int* finished, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_world_new(Space space, jostle_world_options* options, out
             WorldHandle @out, jostle_error* error);
@@ -1173,30 +1173,6 @@ namespace Jostle
         public static extern Status jostle_world_visit_pairs(WorldHandle world, IntPtr visit,
             void* context, int* finished, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_world_any(WorldHandle world, jostle_queries* queries,
-            jostle_objects* objects, jostle_query_filter* filter, byte* any, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_world_count(WorldHandle world, jostle_queries* queries,
-            jostle_objects* objects, jostle_query_filter* filter, ulong* counts, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_world_first(WorldHandle world, jostle_queries* queries,
-            jostle_objects* objects, jostle_query_filter* filter, jostle_hit* hits, void* details,
-            jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_world_all(WorldHandle world, jostle_queries* queries,
-            jostle_objects* objects, jostle_query_filter* filter, ulong max_results,
-            ResultsHandle results, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_world_visit(WorldHandle world, jostle_queries* query,
-            jostle_objects* objects, jostle_query_filter* filter, IntPtr visit, void* context,
-            int* finished, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_world_closest_pairs(WorldHandle world, WorldHandle other,
-            double max_distance, IntPtr visit, void* context, int* finished, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_world_join(WorldHandle world, jostle_boxes* boxes,
-            jostle_query_filter* filter, ResultsHandle results, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_world_size(WorldHandle world, ulong* size,
             jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
@@ -1214,9 +1190,6 @@ namespace Jostle
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_world_bounds(WorldHandle world, ulong* ids, ulong count,
             void* boxes, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_world_bounds_of_all(WorldHandle world, int* any, void* box,
-            jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_world_filters(WorldHandle world, ulong* ids, ulong count,
             jostle_object_filter* filters, jostle_error* error);

@@ -392,18 +392,18 @@ namespace Jostle
                     switch (verb)
                     {
                         case Verb.Any:
-                            status = Native.jostle_world_any(handle, &asked, about, wanted, to, &error);
+                            status = Native.jostle_query_any(handle, &asked, about, wanted, to, &error);
                             break;
                         case Verb.Count:
-                            status = Native.jostle_world_count(handle, &asked, about, wanted, (ulong*)to,
+                            status = Native.jostle_query_count(handle, &asked, about, wanted, (ulong*)to,
                                 &error);
                             break;
                         case Verb.First:
-                            status = Native.jostle_world_first(handle, &asked, about, wanted,
+                            status = Native.jostle_query_first(handle, &asked, about, wanted,
                                 (Native.jostle_hit*)to, how, &error);
                             break;
                         default:
-                            status = Native.jostle_world_all(handle, &asked, about, wanted, most,
+                            status = Native.jostle_query_all(handle, &asked, about, wanted, most,
                                 answers.Results, &error);
                             break;
                     }

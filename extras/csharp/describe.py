@@ -103,7 +103,7 @@ class Writer:
             base = NUMBERS.get(base, base)
         return base + "*" * stars
 
-    def parameter(self, part):
+    def parameter(self, function, part):
         base, stars = part["type"].replace("const", "").replace(" ", "").rstrip("*"), part["type"].count("*")
         kind = self.kind(part["type"])
         if base in self.handles:
@@ -111,6 +111,8 @@ class Writer:
                 kind = self.handle_class(base)
             elif part["direction"] == "out":
                 kind = "out " + self.handle_class(base)
+        elif part["name"] in ("handle", "other") and function != "jostle_free":
+            kind = "Handle"  # of more than one kind
         return f"{kind} {safe(part['name'])}"
 
     def enum(self, name):
@@ -148,7 +150,7 @@ class Writer:
 
     def function(self, function):
         name = function["name"]
-        parameters = [self.parameter(part) for part in function["parameters"]]
+        parameters = [self.parameter(name, part) for part in function["parameters"]]
         yield "        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]"
         yield from wrapped(f"        public static extern Status {name}({', '.join(parameters)});")
 

@@ -36,6 +36,7 @@ const PARTS: [Part; 2] = [
         c_api: &[
             "index",
             "pair_slots",
+            "queries",
             "world",
             "world_commands",
             "world_objects",

@@ -11,7 +11,8 @@
 /// JSON):
 ///
 /// Name      jostle_OBJECT_VERB, with the object as the first parameter. Then what is read, then options,
-///           then what is written, and last `jostle_error *error`.
+///           then what is written, and last `jostle_error *error`. A parameter `void *handle` takes
+///           handles of several kinds.
 /// Status    every function returns JOSTLE_OK or why not. `error`, if it isn't NULL, is told the same in
 ///           words. After a failure the object is as it was, results of the call are empty or not to be used,
 ///           and what `out` points to is as it was. No C++ exception ever leaves a function.
@@ -625,7 +626,7 @@ JOSTLE_C_API jostle_status jostle_neighbor_finder_release_memory(jostle_neighbor
                                                                  jostle_error* error);
 
 // ---------------------------------------------------------------------------------------------------------
-// Indexes: of boxes that stay, and queries about them (box_index.hpp)
+// Queries: about the boxes in an index or a world, and the shapes in them (queries.hpp, shape_query.hpp)
 // ---------------------------------------------------------------------------------------------------------
 
 /// 1: the object may be an answer to the query of this number. 0: not.
@@ -652,6 +653,86 @@ typedef struct jostle_query_filter
     uint64_t count; ///< more than 1: so many filters lie here, one for each query, as far apart as
                     ///< struct_size says; the first one's count counts. 0 or 1: it serves all queries
 } jostle_query_filter;
+
+// `handle` is a jostle_index or a jostle_world; a world answers as of the last update or jostle_world_apply.
+
+/// The least box around all, in a world around the bounds of all that aren't disabled: 2 dim numbers. `any`
+/// becomes 0 where there are none, else 1.
+JOSTLE_C_API jostle_status jostle_query_bounds(const void* handle, int32_t* any, void* box,
+                                               jostle_error* error);
+
+// Boxes and shapes are asked about by five verbs. `objects` is NULL where boxes are asked about; or it has a
+// shape and a pose for every id of the index, or every index of an id of the world, and the shapes in the
+// boxes are. Of boxes any, count, all and visit take JOSTLE_RAY to JOSTLE_FRUSTUM, first takes JOSTLE_RAY and
+// JOSTLE_SWEEP; of shapes any, count, all and visit take JOSTLE_RAY, JOSTLE_SHAPE_SWEEP and
+// JOSTLE_POSED_SHAPE, first takes the first two. first, all and visit take the nearest kinds, too, those to
+// shapes with objects. One query is answered on the calling thread, more on the executor. `filter` may be
+// NULL. Errors are those of C++'s jostle::Queries.
+
+/// Whether there is any answer, 1 or 0: any[i].
+JOSTLE_C_API jostle_status jostle_query_any(const void* handle, const jostle_queries* queries,
+                                            const jostle_objects* objects, const jostle_query_filter* filter,
+                                            uint8_t* any, jostle_error* error);
+/// How many there are: counts[i].
+JOSTLE_C_API jostle_status jostle_query_count(const void* handle, const jostle_queries* queries,
+                                              const jostle_objects* objects,
+                                              const jostle_query_filter* filter, uint64_t* counts,
+                                              jostle_error* error);
+/// What each query meets first, or is nearest to: hits[i]. `details` may be NULL; of boxes it isn't used, of
+/// shapes details[i] becomes a jostle_cast_hit_... of the space or, nearest to a shape, what
+/// jostle_contact_finder_distances gives, the asker being a. Its fraction, or distance, is infinite where
+/// there is nothing.
+JOSTLE_C_API jostle_status jostle_query_first(const void* handle, const jostle_queries* queries,
+                                              const jostle_objects* objects,
+                                              const jostle_query_filter* filter, jostle_hit* hits,
+                                              void* details, jostle_error* error);
+/// All answers, along rays and sweeps and near something ascending by (at, id), else by id; no more than
+/// max_results each: UINT64_MAX for all. The results have lists and, of casts and the nearest among shapes,
+/// the details of all lists as blocks.
+JOSTLE_C_API jostle_status jostle_query_all(const void* handle, const jostle_queries* queries,
+                                            const jostle_objects* objects, const jostle_query_filter* filter,
+                                            uint64_t max_results, jostle_results* results,
+                                            jostle_error* error);
+/// Takes an answer; `details` as of jostle_query_first, or NULL. 1: go on. 0: stop. Called on the calling
+/// thread. Where answers have an order, nothing further than *bound, in the units of `at`, comes from then
+/// on: it may be made less. Else `at` is 0 and `bound` NULL. May ask the same index or world.
+typedef int32_t (*jostle_visit_answer_function)(void* context, uint64_t id, double at, const void* details,
+                                                double* bound);
+/// Hands the answers to one query to `visit`, each once, as they are found, in the order of jostle_query_all;
+/// those of regions in an order of its own. `finished` becomes 0 if it stopped that, else 1.
+JOSTLE_C_API jostle_status jostle_query_visit(const void* handle, const jostle_queries* query,
+                                              const jostle_objects* objects,
+                                              const jostle_query_filter* filter,
+                                              jostle_visit_answer_function visit, void* context,
+                                              int32_t* finished, jostle_error* error);
+/// The definition that answers go back to: for each query of boxes, all but JOSTLE_POSED_SHAPE and its like,
+/// whether this box answers it, 1 or 0, and its jostle_hit::at, 0 for regions. `box`: 2 dim numbers.
+JOSTLE_C_API jostle_status jostle_box_answers(jostle_space space, const jostle_queries* queries,
+                                              const void* box, uint8_t* answers, double* at,
+                                              jostle_error* error);
+
+/// All pairs of one of `boxes` and an object whose box it touches, ascending by (a, b): a is the position in
+/// `boxes`, b the object's id in an index, or its index in a world. One call at a time. `filter` may be NULL.
+JOSTLE_C_API jostle_status jostle_query_join(const void* handle, const jostle_boxes* boxes,
+                                             const jostle_query_filter* filter, jostle_results* results,
+                                             jostle_error* error);
+/// Takes two objects and the squared distance between their boxes. 1: go on. 0: stop. Called on the calling
+/// thread. Nothing further than *bound comes from then on: it may be made less.
+typedef int32_t (*jostle_visit_close_pair_function)(void* context, uint64_t a, uint64_t b, double at,
+                                                    double* bound);
+/// Hands over the pairs of objects no further apart than max_distance (it may be infinite): of two of this
+/// structure's if `other` is NULL or the same, else of one of this and one of the other of its kind. First
+/// come those at distance 0, then the others ascending by (at, a, b). In one world, pairs whose filters forbid
+/// them are left out, and pairs that touch and that `accept` refused; about pairs apart it hasn't been asked.
+/// `finished` becomes 0 if `visit` stopped that, else 1.
+JOSTLE_C_API jostle_status jostle_query_closest_pairs(const void* handle, const void* other,
+                                                      double max_distance,
+                                                      jostle_visit_close_pair_function visit, void* context,
+                                                      int32_t* finished, jostle_error* error);
+
+// ---------------------------------------------------------------------------------------------------------
+// Indexes: of boxes that stay (box_index.hpp)
+// ---------------------------------------------------------------------------------------------------------
 
 /// What an index is made of: jostle::IndexStats.
 typedef struct jostle_index_stats
@@ -684,81 +765,15 @@ JOSTLE_C_API jostle_status jostle_index_contains(const jostle_index* index, cons
 /// The boxes of objects that are in the index: 2 dim numbers each.
 JOSTLE_C_API jostle_status jostle_index_boxes(const jostle_index* index, const uint32_t* ids, uint64_t count,
                                               void* boxes, jostle_error* error);
-/// The least box around all, 2 dim numbers; `any` becomes 0 where there are none, else 1.
-JOSTLE_C_API jostle_status jostle_index_bounds(const jostle_index* index, int32_t* any, void* box,
-                                               jostle_error* error);
 JOSTLE_C_API jostle_status jostle_index_stats_read(const jostle_index* index, jostle_index_stats* stats,
                                                    jostle_error* error);
-/// All pairs of one of `boxes` and an object whose box it touches, ascending by (a, b): a is the position in
-/// `boxes`, b the object's id. One call at a time.
-JOSTLE_C_API jostle_status jostle_index_join(jostle_index* index, const jostle_boxes* boxes,
-                                             jostle_results* results, jostle_error* error);
 
-// Queries of boxes and of shapes, by five verbs. `objects` is NULL where boxes are asked about; or it has a
-// shape and a pose for every id of the index, or every index of an id of the world, and the shapes in the
-// boxes are. Of boxes any, count, all and visit take JOSTLE_RAY to JOSTLE_FRUSTUM, first takes JOSTLE_RAY and
-// JOSTLE_SWEEP; of shapes any, count, all and visit take JOSTLE_RAY, JOSTLE_SHAPE_SWEEP and
-// JOSTLE_POSED_SHAPE, first takes the first two. first, all and visit take the nearest kinds, too, those to
-// shapes with objects. One query is answered on the calling thread, more on the executor. `filter` may be
-// NULL. Errors are those of C++'s jostle::Queries.
-
-/// Whether there is any answer, 1 or 0: any[i].
-JOSTLE_C_API jostle_status jostle_index_any(const jostle_index* index, const jostle_queries* queries,
-                                            const jostle_objects* objects, const jostle_query_filter* filter,
-                                            uint8_t* any, jostle_error* error);
-/// How many there are: counts[i].
-JOSTLE_C_API jostle_status jostle_index_count(const jostle_index* index, const jostle_queries* queries,
-                                              const jostle_objects* objects,
-                                              const jostle_query_filter* filter, uint64_t* counts,
-                                              jostle_error* error);
-/// What each query meets first, or is nearest to: hits[i]. `details` may be NULL; of boxes it isn't used, of
-/// shapes details[i] becomes a jostle_cast_hit_... of the space or, nearest to a shape, what
-/// jostle_contact_finder_distances gives, the asker being a. Its fraction, or distance, is infinite where
-/// there is nothing.
-JOSTLE_C_API jostle_status jostle_index_first(const jostle_index* index, const jostle_queries* queries,
-                                              const jostle_objects* objects,
-                                              const jostle_query_filter* filter, jostle_hit* hits,
-                                              void* details, jostle_error* error);
-/// All answers, along rays and sweeps and near something ascending by (at, id), else by id; no more than
-/// max_results each: UINT64_MAX for all. The results have lists and, of casts and the nearest among shapes,
-/// the details of all lists as blocks.
-JOSTLE_C_API jostle_status jostle_index_all(const jostle_index* index, const jostle_queries* queries,
-                                            const jostle_objects* objects, const jostle_query_filter* filter,
-                                            uint64_t max_results, jostle_results* results,
-                                            jostle_error* error);
-/// Takes an answer; `details` as of jostle_index_first, or NULL. 1: go on. 0: stop. Called on the calling
-/// thread. Where answers have an order, nothing further than *bound, in the units of `at`, comes from then
-/// on: it may be made less. Else `at` is 0 and `bound` NULL. May ask the same index or world.
-typedef int32_t (*jostle_visit_answer_function)(void* context, uint64_t id, double at, const void* details,
-                                                double* bound);
-/// Hands the answers to one query to `visit`, each once, as they are found, in the order of jostle_index_all;
-/// those of regions in an order of the index's own. `finished` becomes 0 if it stopped that, else 1.
-JOSTLE_C_API jostle_status jostle_index_visit(const jostle_index* index, const jostle_queries* query,
-                                              const jostle_objects* objects,
-                                              const jostle_query_filter* filter,
-                                              jostle_visit_answer_function visit, void* context,
-                                              int32_t* finished, jostle_error* error);
-/// The definition that answers go back to: for each query of boxes, all but JOSTLE_POSED_SHAPE and its like,
-/// whether this box answers it, 1 or 0, and its jostle_hit::at, 0 for regions. `box`: 2 dim numbers.
-JOSTLE_C_API jostle_status jostle_box_answers(jostle_space space, const jostle_queries* queries,
-                                              const void* box, uint8_t* answers, double* at,
-                                              jostle_error* error);
-/// Takes two objects and the squared distance between their boxes. 1: go on. 0: stop. Called on the calling
-/// thread. Nothing further than *bound comes from then on: it may be made less.
-typedef int32_t (*jostle_visit_close_pair_function)(void* context, uint64_t a, uint64_t b, double at,
-                                                    double* bound);
 /// Hands over the pairs of objects whose boxes touch: of two of this index if `other` is NULL or this index,
 /// else of one of this and one of the other, in an order of the indexes' own. `at` is 0, and `bound` NULL.
 /// `finished` becomes 0 if `visit` stopped that, else 1.
 JOSTLE_C_API jostle_status jostle_index_pairs(const jostle_index* index, const jostle_index* other,
                                               jostle_visit_close_pair_function visit, void* context,
                                               int32_t* finished, jostle_error* error);
-/// The same of those no further apart than max_distance (it may be infinite): first those at distance 0, then
-/// the others ascending by (at, a, b).
-JOSTLE_C_API jostle_status jostle_index_closest_pairs(const jostle_index* index, const jostle_index* other,
-                                                      double max_distance,
-                                                      jostle_visit_close_pair_function visit, void* context,
-                                                      int32_t* finished, jostle_error* error);
 // ---------------------------------------------------------------------------------------------------------
 // Worlds: of objects that live, move and rest, and the pairs between them (world.hpp)
 // ---------------------------------------------------------------------------------------------------------
@@ -927,41 +942,6 @@ JOSTLE_C_API jostle_status jostle_world_visit_pairs(const jostle_world* world,
                                                     jostle_visit_pair_function visit, void* context,
                                                     int32_t* finished, jostle_error* error);
 
-// Queries, about the objects as of the last update or jostle_world_apply: as those of jostle_index.
-
-JOSTLE_C_API jostle_status jostle_world_any(const jostle_world* world, const jostle_queries* queries,
-                                            const jostle_objects* objects, const jostle_query_filter* filter,
-                                            uint8_t* any, jostle_error* error);
-JOSTLE_C_API jostle_status jostle_world_count(const jostle_world* world, const jostle_queries* queries,
-                                              const jostle_objects* objects,
-                                              const jostle_query_filter* filter, uint64_t* counts,
-                                              jostle_error* error);
-JOSTLE_C_API jostle_status jostle_world_first(const jostle_world* world, const jostle_queries* queries,
-                                              const jostle_objects* objects,
-                                              const jostle_query_filter* filter, jostle_hit* hits,
-                                              void* details, jostle_error* error);
-JOSTLE_C_API jostle_status jostle_world_all(const jostle_world* world, const jostle_queries* queries,
-                                            const jostle_objects* objects, const jostle_query_filter* filter,
-                                            uint64_t max_results, jostle_results* results,
-                                            jostle_error* error);
-JOSTLE_C_API jostle_status jostle_world_visit(const jostle_world* world, const jostle_queries* query,
-                                              const jostle_objects* objects,
-                                              const jostle_query_filter* filter,
-                                              jostle_visit_answer_function visit, void* context,
-                                              int32_t* finished, jostle_error* error);
-/// As jostle_index_closest_pairs: of two objects of this world whose filters let them pair if `other` is
-/// NULL or this world, else of one of this and one of the other world. Pairs of this world that touch and
-/// that `accept` refused are left out; about pairs apart it hasn't been asked.
-JOSTLE_C_API jostle_status jostle_world_closest_pairs(const jostle_world* world, const jostle_world* other,
-                                                      double max_distance,
-                                                      jostle_visit_close_pair_function visit, void* context,
-                                                      int32_t* finished, jostle_error* error);
-/// All pairs of one of `boxes` and an object that it touches, ascending by (a, b): a is the position in
-/// `boxes`, b the object's index. One call at a time.
-JOSTLE_C_API jostle_status jostle_world_join(jostle_world* world, const jostle_boxes* boxes,
-                                             const jostle_query_filter* filter, jostle_results* results,
-                                             jostle_error* error);
-
 // The objects, as of the last update or jostle_world_apply.
 
 JOSTLE_C_API jostle_status jostle_world_size(const jostle_world* world, uint64_t* size, jostle_error* error);
@@ -979,10 +959,6 @@ JOSTLE_C_API jostle_status jostle_world_boxes(const jostle_world* world, const j
 /// As they are compared, margins and displacements included.
 JOSTLE_C_API jostle_status jostle_world_bounds(const jostle_world* world, const jostle_id* ids,
                                                uint64_t count, void* boxes, jostle_error* error);
-/// The least box around the bounds of all that aren't disabled, 2 dim numbers; `any` becomes 0 where there
-/// are none, else 1.
-JOSTLE_C_API jostle_status jostle_world_bounds_of_all(const jostle_world* world, int32_t* any, void* box,
-                                                      jostle_error* error);
 JOSTLE_C_API jostle_status jostle_world_filters(const jostle_world* world, const jostle_id* ids,
                                                 uint64_t count, jostle_object_filter* filters,
                                                 jostle_error* error);

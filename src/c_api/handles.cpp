@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "c_api/handles.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <new>
@@ -117,14 +118,21 @@ jostle_status report(jostle_error* error) noexcept
     return JOSTLE_INTERNAL_ERROR;
 }
 
+std::uint64_t mark_of(const void* handle, std::initializer_list<std::uint64_t> marks, const char* wanted)
+{
+    if (handle == nullptr) refuse(std::string("the ") + wanted + " is NULL");
+    const Handle& there = handle_there(handle, wanted);
+    const std::uint64_t mark = there.mark.load(std::memory_order_relaxed);
+    if (std::find(marks.begin(), marks.end(), mark) == marks.end())
+        refuse(std::string("this is no ") + wanted + " but a " + there.name, JOSTLE_BAD_HANDLE);
+    return mark;
+}
+
 Content& open(const void* handle, std::uint64_t mark, const char* name)
 {
-    if (handle == nullptr) refuse(std::string("the ") + name + " is NULL");
-    const Handle& opened = handle_there(handle, name);
-    if (opened.mark.load(std::memory_order_relaxed) != mark)
-        refuse(std::string("this is no ") + name + " but a " + opened.name, JOSTLE_BAD_HANDLE);
+    (void)mark_of(handle, {mark}, name);
     if (Call* const call = Call::of_this_thread()) call->opens(handle);
-    return *opened.content;
+    return *static_cast<const Handle*>(handle)->content;
 }
 
 void refuse_in_callback(const void* handle, const char* name, const char* verb)

@@ -4,6 +4,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <initializer_list>
 #include <memory>
 #include <memory_resource>
 #include <string>
@@ -239,6 +240,8 @@ template <>
 inline constexpr bool changes_in_callbacks<jostle_world> = true;
 
 Content& open(const void* handle, std::uint64_t mark, const char* name);
+/// Which of these kinds a handle is of: `wanted` names them.
+std::uint64_t mark_of(const void* handle, std::initializer_list<std::uint64_t> marks, const char* wanted);
 /// Of any kind.
 void release(void* handle);
 /// Refuses to free or change what a call around this one has opened.

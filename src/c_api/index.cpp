@@ -2,39 +2,12 @@
 #include <cstring>
 #include <variant>
 
+#include "c_api/index.hpp"
 #include "c_api/queries.hpp"
-#include "jostle/box_index.hpp"
 #include "jostle/spatial_order.hpp"
 
 namespace jostle::c_api {
 namespace {
-
-class IndexContent final : public Content
-{
-  public:
-    IndexContent(jostle_space in, Kept given) : kept(std::move(given)), space(in)
-    {
-        in_space(space, [&](auto of) {
-            index.emplace<BoxIndex<decltype(of)::dim, typename decltype(of)::T>>(
-                kept.options<IndexOptions>());
-        });
-    }
-    template <class F>
-    void on(F&& inside)
-    {
-        on_held(index, inside);
-    }
-    template <class F>
-    void on(F&& inside) const
-    {
-        on_held(index, inside);
-    }
-
-    Kept kept;
-    jostle_space space;
-    mutable WorkingMemories memories; // of queries
-    InSomeSpace<BoxIndex2f, BoxIndex3f, BoxIndex2d, BoxIndex3d> index;
-};
 
 /// A filter of the caller's as QueryFilter, which refers to it.
 class IndexFilter
@@ -77,18 +50,6 @@ class IndexFilter
     Accept accept_{&given_};
 };
 
-} // namespace
-
-template <>
-struct Behind<jostle_index>
-{
-    using type = IndexContent;
-    static constexpr std::uint64_t mark = 0x6a6f73746c650004U;
-    static constexpr const char* name = "jostle_index";
-};
-
-namespace {
-
 /// inside(index, other) of the same type; NULL as the other is the index itself.
 template <class F>
 void with_other(const jostle_index* index, const jostle_index* other, F&& inside)
@@ -123,6 +84,16 @@ std::span<const std::uint32_t> ids_of(const std::uint32_t* ids, std::uint64_t co
 }
 
 } // namespace
+
+template <>
+struct WishTo<IndexContent>
+{
+    using type = IndexFilter;
+};
+template struct Ask<IndexContent>;
+template bool visit_closest(const IndexContent&, const IndexContent&, double,
+                            jostle_visit_close_pair_function, void*);
+template void join_boxes(IndexContent&, const jostle_boxes*, const jostle_query_filter*, ResultsContent&);
 } // namespace jostle::c_api
 
 using namespace jostle;
@@ -228,19 +199,6 @@ jostle_status jostle_index_boxes(const jostle_index* index, const uint32_t* ids,
         });
     });
 }
-jostle_status jostle_index_bounds(const jostle_index* index, int32_t* any, void* box, jostle_error* error)
-{
-    return guarded(error, [&] {
-        const IndexContent& content = open(index);
-        wanted(any, "any");
-        content.on([&]<int Dim, Coordinate T>(const BoxIndex<Dim, T>& typed) {
-            auto* const out = wanted_array_of<Aabb<Dim, T>>(box, 1, "box");
-            const auto found = typed.bounds();
-            if (found) *out = *found;
-            *any = found ? 1 : 0;
-        });
-    });
-}
 jostle_status jostle_index_stats_read(const jostle_index* index, jostle_index_stats* stats,
                                       jostle_error* error)
 {
@@ -254,59 +212,7 @@ jostle_status jostle_index_stats_read(const jostle_index* index, jostle_index_st
         });
     });
 }
-jostle_status jostle_index_join(jostle_index* index, const jostle_boxes* boxes, jostle_results* results,
-                                jostle_error* error)
-{
-    return guarded(error, [&] {
-        IndexContent& content = open(static_cast<const jostle_index*>(index)); // visitors may join, too
-        ResultsContent& into = open(results);
-        content.on([&]<int Dim, Coordinate T>(BoxIndex<Dim, T>& typed) {
-            const BoxView<Dim, T> all = view<Dim, T>(boxes, "boxes");
-            into.begin();
-            typed.join(all, into.joined);
-            into.show(std::span<const Pair>(into.joined));
-        });
-    });
-}
 
-jostle_status jostle_index_any(const jostle_index* index, const jostle_queries* queries,
-                               const jostle_objects* objects, const jostle_query_filter* filter, uint8_t* any,
-                               jostle_error* error)
-{
-    return guarded(error, [&] { ask_any<IndexFilter>(open(index), queries, objects, filter, any); });
-}
-jostle_status jostle_index_count(const jostle_index* index, const jostle_queries* queries,
-                                 const jostle_objects* objects, const jostle_query_filter* filter,
-                                 uint64_t* counts, jostle_error* error)
-{
-    return guarded(error, [&] { ask_count<IndexFilter>(open(index), queries, objects, filter, counts); });
-}
-jostle_status jostle_index_first(const jostle_index* index, const jostle_queries* queries,
-                                 const jostle_objects* objects, const jostle_query_filter* filter,
-                                 jostle_hit* hits, void* details, jostle_error* error)
-{
-    return guarded(error,
-                   [&] { ask_first<IndexFilter>(open(index), queries, objects, filter, hits, details); });
-}
-jostle_status jostle_index_all(const jostle_index* index, const jostle_queries* queries,
-                               const jostle_objects* objects, const jostle_query_filter* filter,
-                               uint64_t max_results, jostle_results* results, jostle_error* error)
-{
-    return guarded(error, [&] {
-        ask_all<IndexFilter>(open(index), queries, objects, filter, max_results, open(results));
-    });
-}
-jostle_status jostle_index_visit(const jostle_index* index, const jostle_queries* query,
-                                 const jostle_objects* objects, const jostle_query_filter* filter,
-                                 jostle_visit_answer_function visit, void* context, int32_t* finished,
-                                 jostle_error* error)
-{
-    return guarded(error, [&] {
-        wanted_function(visit, "visit");
-        wanted(finished, "finished");
-        *finished = ask_visit<IndexFilter>(open(index), query, objects, filter, visit, context) ? 1 : 0;
-    });
-}
 jostle_status jostle_box_answers(jostle_space space, const jostle_queries* queries, const void* box,
                                  uint8_t* answers, double* at, jostle_error* error)
 {
@@ -354,19 +260,6 @@ jostle_status jostle_index_pairs(const jostle_index* index, const jostle_index* 
             };
             *finished = typed.pairs(typed_other, hand_over) ? 1 : 0;
         });
-    });
-}
-jostle_status jostle_index_closest_pairs(const jostle_index* index, const jostle_index* other,
-                                         double max_distance, jostle_visit_close_pair_function visit,
-                                         void* context, int32_t* finished, jostle_error* error)
-{
-    return guarded(error, [&] {
-        wanted_function(visit, "visit");
-        wanted(finished, "finished");
-        with_other(index, other,
-                   [&]<int Dim, Coordinate T>(const BoxIndex<Dim, T>& typed, const BoxIndex<Dim, T>& second) {
-                       *finished = ask_closest(typed, second, max_distance, visit, context) ? 1 : 0;
-                   });
     });
 }
 

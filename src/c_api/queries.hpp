@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "c_api/ask.hpp"
 #include "c_api/results.hpp"
 #include "c_api/shapes.hpp"
 #include "c_api/working_memory.hpp"
@@ -468,7 +469,11 @@ bool with_bound(T& bound, const Call& call)
     return goes_on;
 }
 
-// --- The verbs. `Wish`, as in with_filter, is the structure's. ---
+// --- The verbs ---
+
+/// What with_filter is to make of the caller's filter.
+template <class Content>
+struct WishTo;
 
 // A library without contacts, such as the Rust crate's without that feature, has boxes alone to ask about.
 #ifdef JOSTLE_WITHOUT_CONTACTS
@@ -501,40 +506,39 @@ void ask(const Content& content, const jostle_queries* queries, const jostle_obj
     });
 }
 
-template <class Wish, class Content>
-void ask_any(const Content& content, const jostle_queries* queries, const jostle_objects* objects,
-             const jostle_query_filter* filter, std::uint8_t* out)
+template <class Content>
+void Ask<Content>::any(std::uint8_t* out) const
 {
     WorkingMemories::Lent memory(content.memories);
-    ask<Wish, Verb::any>(content, queries, objects, filter, 0, memory,
-                         [&](const auto& structure, auto asked, const auto& wish, const auto&... shapes) {
-                             std::uint8_t* const any = wanted_array(out, asked.size(), "any");
-                             if (asked.size() == 1)
-                                 any[0] = structure.any(asked.front(), shapes..., wish[0]) ? 1 : 0;
-                             else if (!asked.empty())
-                                 structure.any(asked, shapes..., std::span(any, asked.size()), wish);
-                         });
+    ask<typename WishTo<Content>::type, Verb::any>(
+        content, queries, objects, filter, 0, memory,
+        [&](const auto& structure, auto asked, const auto& wish, const auto&... shapes) {
+            std::uint8_t* const any = wanted_array(out, asked.size(), "any");
+            if (asked.size() == 1)
+                any[0] = structure.any(asked.front(), shapes..., wish[0]) ? 1 : 0;
+            else if (!asked.empty())
+                structure.any(asked, shapes..., std::span(any, asked.size()), wish);
+        });
 }
-template <class Wish, class Content>
-void ask_count(const Content& content, const jostle_queries* queries, const jostle_objects* objects,
-               const jostle_query_filter* filter, std::uint64_t* out)
+template <class Content>
+void Ask<Content>::count(std::uint64_t* out) const
 {
     WorkingMemories::Lent memory(content.memories);
-    ask<Wish, Verb::count>(content, queries, objects, filter, 0, memory,
-                           [&](const auto& structure, auto asked, const auto& wish, const auto&... shapes) {
-                               std::uint64_t* const counts = wanted_array(out, asked.size(), "counts");
-                               if (asked.size() == 1)
-                                   counts[0] = structure.count(asked.front(), shapes..., wish[0]);
-                               else if (!asked.empty())
-                                   structure.count(asked, shapes..., std::span(counts, asked.size()), wish);
-                           });
+    ask<typename WishTo<Content>::type, Verb::count>(
+        content, queries, objects, filter, 0, memory,
+        [&](const auto& structure, auto asked, const auto& wish, const auto&... shapes) {
+            std::uint64_t* const counts = wanted_array(out, asked.size(), "counts");
+            if (asked.size() == 1)
+                counts[0] = structure.count(asked.front(), shapes..., wish[0]);
+            else if (!asked.empty())
+                structure.count(asked, shapes..., std::span(counts, asked.size()), wish);
+        });
 }
-template <class Wish, class Content>
-void ask_first(const Content& content, const jostle_queries* queries, const jostle_objects* objects,
-               const jostle_query_filter* filter, jostle_hit* out, void* details)
+template <class Content>
+void Ask<Content>::first(jostle_hit* out, void* details) const
 {
     WorkingMemories::Lent memory(content.memories);
-    ask<Wish, Verb::first>(
+    ask<typename WishTo<Content>::type, Verb::first>(
         content, queries, objects, filter, 1, memory,
         [&]<class Structure, class Query>(const Structure& structure, std::span<const Query> asked,
                                           const auto& wish, const auto&... shapes) {
@@ -576,12 +580,11 @@ void ask_first(const Content& content, const jostle_queries* queries, const jost
             }
         });
 }
-template <class Wish, class Content>
-void ask_all(const Content& content, const jostle_queries* queries, const jostle_objects* objects,
-             const jostle_query_filter* filter, std::uint64_t max_results, ResultsContent& results)
+template <class Content>
+void Ask<Content>::all(std::uint64_t max_results, ResultsContent& results) const
 {
     results.begin();
-    ask<Wish, Verb::all>(
+    ask<typename WishTo<Content>::type, Verb::all>(
         content, queries, objects, filter, max_results, results.memory,
         [&]<class Structure, class Query>(const Structure& structure, std::span<const Query> asked,
                                           const auto& wish, const auto&... shapes) {
@@ -609,17 +612,15 @@ void ask_all(const Content& content, const jostle_queries* queries, const jostle
             show_lists<Item>(results);
         });
 }
-/// Hands the answers to one query to the caller's function. Whether it never said stop.
-template <class Wish, class Content>
-bool ask_visit(const Content& content, const jostle_queries* queries, const jostle_objects* objects,
-               const jostle_query_filter* filter, jostle_visit_answer_function visit, void* context)
+template <class Content>
+bool Ask<Content>::visit(jostle_visit_answer_function take, void* context) const
 {
     if (count_of(queries) != 1)
         refuse("there are " + std::to_string(count_of(queries)) + " queries: a visit takes one",
                JOSTLE_SIZE_MISMATCH);
     bool finished = true;
     WorkingMemories::Lent memory(content.memories); // one query wants none
-    ask<Wish, Verb::visit>(
+    ask<typename WishTo<Content>::type, Verb::visit>(
         content, queries, objects, filter, UINT32_MAX, memory,
         [&]<class Structure, class Query>(const Structure& structure, std::span<const Query> asked,
                                           const auto& wish, const auto&... shapes) {
@@ -629,13 +630,13 @@ bool ask_visit(const Content& content, const jostle_queries* queries, const jost
                     const void* details = nullptr;
                     if constexpr (Detailed<Item>) details = &details_of(item);
                     return with_bound(bound, [&](double* shown) {
-                        return visit(context, to_c(item.id), at_of(item), details, shown);
+                        return take(context, to_c(item.id), at_of(item), details, shown);
                     });
                 };
                 finished = structure.visit(asked.front(), shapes..., hand_over, wish[0]);
             } else {
                 const auto hand_over = [&](const Item& id) {
-                    return agreed(visit(context, to_c(id), 0, nullptr, nullptr));
+                    return agreed(take(context, to_c(id), 0, nullptr, nullptr));
                 };
                 finished = structure.visit(asked.front(), shapes..., hand_over, wish[0]);
             }
@@ -643,20 +644,42 @@ bool ask_visit(const Content& content, const jostle_queries* queries, const jost
     return finished;
 }
 
-/// Hands the closest pairs to the caller's function. Whether it never said stop.
-template <class Structure>
-bool ask_closest(const Structure& structure, const Structure& other, double max_distance,
-                 jostle_visit_close_pair_function visit, void* context)
+template <class Content>
+bool visit_closest(const Content& content, const Content& other, double max_distance,
+                   jostle_visit_close_pair_function visit, void* context)
 {
-    using T = typename Structure::Number;
-    return structure.closest_pairs(
-        other,
-        [&](const auto& hit, T& bound) {
-            return with_bound(bound, [&](double* shown) {
-                return visit(context, to_c(hit.a), to_c(hit.b), hit.at, shown);
-            });
-        },
-        static_cast<T>(max_distance));
+    if (content.space != other.space) refuse("the two are of different spaces");
+    bool finished = true;
+    content.on([&]<class Structure>(const Structure& structure) {
+        other.on([&]<class Other>(const Other& others) {
+            if constexpr (std::same_as<Structure, Other>) {
+                using T = typename Structure::Number;
+                finished = structure.closest_pairs(
+                    others,
+                    [&](const auto& hit, T& bound) {
+                        return with_bound(bound, [&](double* shown) {
+                            return visit(context, to_c(hit.a), to_c(hit.b), hit.at, shown);
+                        });
+                    },
+                    static_cast<T>(max_distance));
+            }
+        });
+    });
+    return finished;
+}
+template <class Content>
+void join_boxes(Content& content, const jostle_boxes* boxes, const jostle_query_filter* filter,
+                ResultsContent& results)
+{
+    if (read_options(filter, "jostle_query_filter").count > 1)
+        refuse("a join takes one filter for all boxes");
+    const typename WishTo<Content>::type wish(filter);
+    content.on([&]<class Structure>(Structure& structure) {
+        const auto all = view<Structure::dim, typename Structure::Number>(boxes, "boxes");
+        results.begin();
+        structure.join(all, results.joined, wish.filter);
+        results.show(std::span<const Pair>(results.joined));
+    });
 }
 
 } // namespace jostle::c_api

@@ -65,20 +65,6 @@ jostle_status jostle_world_bounds(const jostle_world* world, const jostle_id* id
                   });
     });
 }
-jostle_status jostle_world_bounds_of_all(const jostle_world* world, int32_t* any, void* box,
-                                         jostle_error* error)
-{
-    return guarded(error, [&] {
-        const WorldContent& content = open(world);
-        wanted(any, "any");
-        content.on([&]<int Dim, Coordinate T>(const World<Dim, T>& typed) {
-            auto* const out = wanted_array_of<Aabb<Dim, T>>(box, 1, "box");
-            const auto found = typed.bounds();
-            if (found) *out = *found;
-            *any = found ? 1 : 0;
-        });
-    });
-}
 jostle_status jostle_world_filters(const jostle_world* world, const jostle_id* ids, uint64_t count,
                                    jostle_object_filter* filters, jostle_error* error)
 {

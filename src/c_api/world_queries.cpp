@@ -41,85 +41,15 @@ class WorldFilter
 };
 
 } // namespace
+
+template <>
+struct WishTo<WorldContent>
+{
+    using type = WorldFilter;
+};
+template struct Ask<WorldContent>;
+template bool visit_closest(const WorldContent&, const WorldContent&, double,
+                            jostle_visit_close_pair_function, void*);
+template void join_boxes(WorldContent&, const jostle_boxes*, const jostle_query_filter*, ResultsContent&);
+
 } // namespace jostle::c_api
-
-using namespace jostle;
-using namespace jostle::c_api;
-
-extern "C" {
-
-jostle_status jostle_world_any(const jostle_world* world, const jostle_queries* queries,
-                               const jostle_objects* objects, const jostle_query_filter* filter, uint8_t* any,
-                               jostle_error* error)
-{
-    return guarded(error, [&] { ask_any<WorldFilter>(open(world), queries, objects, filter, any); });
-}
-jostle_status jostle_world_count(const jostle_world* world, const jostle_queries* queries,
-                                 const jostle_objects* objects, const jostle_query_filter* filter,
-                                 uint64_t* counts, jostle_error* error)
-{
-    return guarded(error, [&] { ask_count<WorldFilter>(open(world), queries, objects, filter, counts); });
-}
-jostle_status jostle_world_first(const jostle_world* world, const jostle_queries* queries,
-                                 const jostle_objects* objects, const jostle_query_filter* filter,
-                                 jostle_hit* hits, void* details, jostle_error* error)
-{
-    return guarded(error,
-                   [&] { ask_first<WorldFilter>(open(world), queries, objects, filter, hits, details); });
-}
-jostle_status jostle_world_all(const jostle_world* world, const jostle_queries* queries,
-                               const jostle_objects* objects, const jostle_query_filter* filter,
-                               uint64_t max_results, jostle_results* results, jostle_error* error)
-{
-    return guarded(error, [&] {
-        ask_all<WorldFilter>(open(world), queries, objects, filter, max_results, open(results));
-    });
-}
-jostle_status jostle_world_visit(const jostle_world* world, const jostle_queries* query,
-                                 const jostle_objects* objects, const jostle_query_filter* filter,
-                                 jostle_visit_answer_function visit, void* context, int32_t* finished,
-                                 jostle_error* error)
-{
-    return guarded(error, [&] {
-        wanted_function(visit, "visit");
-        wanted(finished, "finished");
-        *finished = ask_visit<WorldFilter>(open(world), query, objects, filter, visit, context) ? 1 : 0;
-    });
-}
-jostle_status jostle_world_closest_pairs(const jostle_world* world, const jostle_world* other,
-                                         double max_distance, jostle_visit_close_pair_function visit,
-                                         void* context, int32_t* finished, jostle_error* error)
-{
-    return guarded(error, [&] {
-        wanted_function(visit, "visit");
-        wanted(finished, "finished");
-        const WorldContent& content = open(world);
-        const WorldContent& second = other != nullptr ? open(other) : content;
-        if (content.space != second.space) refuse("the two worlds are of different spaces");
-        content.on([&]<int Dim, Coordinate T>(const World<Dim, T>& typed) {
-            *finished =
-                ask_closest(typed, std::get<World<Dim, T>>(second.world), max_distance, visit, context) ? 1
-                                                                                                        : 0;
-        });
-    });
-}
-jostle_status jostle_world_join(jostle_world* world, const jostle_boxes* boxes,
-                                const jostle_query_filter* filter, jostle_results* results,
-                                jostle_error* error)
-{
-    return guarded(error, [&] {
-        WorldContent& content = open(world);
-        ResultsContent& into = open(results);
-        if (read_options(filter, "jostle_query_filter").count > 1)
-            refuse("a join takes one filter for all boxes");
-        const WorldFilter wish(filter);
-        content.on([&]<int Dim, Coordinate T>(World<Dim, T>& typed) {
-            const BoxView<Dim, T> all = view<Dim, T>(boxes, "boxes");
-            into.begin();
-            typed.join(all, into.joined, wish.filter);
-            into.show(std::span<const Pair>(into.joined));
-        });
-    });
-}
-
-} // extern "C"

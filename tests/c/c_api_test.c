@@ -410,27 +410,33 @@ static void check_closest(jostle_space space, const jostle_index* index, const j
     const double anywhere = HUGE_VAL;
     OK(jostle_index_pairs(index, NULL, take_pair, &touching, &finished, &error));
     CHECK(finished == 1 && touching.calls > 0 && touching.at_zero == touching.calls);
-    OK(jostle_index_closest_pairs(index, NULL, anywhere, take_pair, &all, &finished, &error));
+    OK(jostle_query_closest_pairs(index, NULL, anywhere, take_pair, &all, &finished, &error));
     CHECK(finished == 1 && all.ascending && all.at_zero == touching.calls);
     CHECK(all.calls == (uint64_t)boxes_made * (boxes_made - 1) / 2);
     some.stop = 64;
-    OK(jostle_index_closest_pairs(index, index, anywhere, take_pair, &some, &finished, &error));
+    OK(jostle_query_closest_pairs(index, index, anywhere, take_pair, &some, &finished, &error));
     CHECK(finished == 0 && some.calls == 64);
     of_world.stop = 1;
-    OK(jostle_world_closest_pairs(world, NULL, anywhere, take_pair, &of_world, &finished, &error));
+    OK(jostle_query_closest_pairs(world, NULL, anywhere, take_pair, &of_world, &finished, &error));
     CHECK(finished == 0 && of_world.calls == 1 && (uint32_t)of_world.a[0] < (uint32_t)of_world.b[0]);
     CHECK(of_world.at_zero == (some.at_zero > 0));
     OK(jostle_index_new(space, NULL, &empty, &error));
-    OK(jostle_index_closest_pairs(index, empty, anywhere, take_pair, &some, &finished, &error));
+    OK(jostle_query_closest_pairs(index, empty, anywhere, take_pair, &some, &finished, &error));
     CHECK(finished == 1 && some.calls == 64);
     OK(jostle_free(empty, &error));
     OK(jostle_index_new(space == JOSTLE_2F ? JOSTLE_3F : JOSTLE_2F, NULL, &empty, &error));
     FAILS(jostle_index_pairs(index, empty, take_pair, &some, &finished, &error), JOSTLE_INVALID_ARGUMENT,
           "spaces");
+    FAILS(jostle_query_closest_pairs(index, empty, 1, take_pair, &some, &finished, &error),
+          JOSTLE_INVALID_ARGUMENT, "spaces");
     OK(jostle_free(empty, &error));
-    FAILS(jostle_index_closest_pairs(index, NULL, -1, take_pair, &some, &finished, &error),
+    FAILS(jostle_query_closest_pairs(world, index, 1, take_pair, &some, &finished, &error), JOSTLE_BAD_HANDLE,
+          "no jostle_world but a jostle_index");
+    FAILS(jostle_query_closest_pairs(index, world, 1, take_pair, &some, &finished, &error), JOSTLE_BAD_HANDLE,
+          "no jostle_index but a jostle_world");
+    FAILS(jostle_query_closest_pairs(index, NULL, -1, take_pair, &some, &finished, &error),
           JOSTLE_INVALID_ARGUMENT, "max_distance");
-    FAILS(jostle_world_closest_pairs(world, NULL, -1, take_pair, &some, &finished, &error),
+    FAILS(jostle_query_closest_pairs(world, NULL, -1, take_pair, &some, &finished, &error),
           JOSTLE_INVALID_ARGUMENT, "max_distance");
 }
 
@@ -564,8 +570,8 @@ static void check_answers(jostle_space space, const jostle_index* index, const j
         queries.values.stride = kind == JOSTLE_FRUSTUM ? (int64_t)sizeof frusta[0] : step;
         two = queries;
         two.values.count = 2;
-        OK(jostle_index_all(index, &queries, NULL, NULL, UINT64_MAX, of_index, &error));
-        OK(jostle_world_all(world, &queries, NULL, NULL, UINT64_MAX, of_world, &error));
+        OK(jostle_query_all(index, &queries, NULL, NULL, UINT64_MAX, of_index, &error));
+        OK(jostle_query_all(world, &queries, NULL, NULL, UINT64_MAX, of_world, &error));
         OK(jostle_results_lists(of_index, &lists, &error));
         OK(jostle_results_lists(of_world, &same, &error));
         CHECK(lists.queries == 3 && same.queries == 3 && lists.count == same.count && lists.count > 0);
@@ -598,51 +604,51 @@ static void check_answers(jostle_space space, const jostle_index* index, const j
             visited seen = {&lists, ids, lists.first[i], lists.first[i + 1], lists.at == NULL, 0, 0, 0};
             int32_t finished = 7;
             one = query_of(&queries, i);
-            OK(jostle_index_visit(index, &one, NULL, NULL, count_visit, &seen, &finished, &error));
+            OK(jostle_query_visit(index, &one, NULL, NULL, count_visit, &seen, &finished, &error));
             CHECK(finished == 1 && seen.good == (int)seen.calls);
             CHECK(seen.calls == lists.first[i + 1] - lists.first[i]);
             seen.calls = 0, seen.good = 0, seen.of_world = 1;
-            OK(jostle_world_visit(world, &one, NULL, NULL, count_visit, &seen, &finished, &error));
+            OK(jostle_query_visit(world, &one, NULL, NULL, count_visit, &seen, &finished, &error));
             CHECK(finished == 1 && seen.good == (int)seen.calls);
             CHECK(seen.calls == lists.first[i + 1] - lists.first[i]);
             if (seen.calls == 0) continue;
             seen.end = seen.begin + 1, seen.calls = 0;
-            OK(jostle_index_visit(index, &one, NULL, NULL, stop_visit, &seen, &finished, &error));
+            OK(jostle_query_visit(index, &one, NULL, NULL, stop_visit, &seen, &finished, &error));
             CHECK(finished == 0 && seen.calls == 1);
-            OK(jostle_world_visit(world, &one, NULL, NULL, stop_visit, &seen, &finished, &error));
+            OK(jostle_query_visit(world, &one, NULL, NULL, stop_visit, &seen, &finished, &error));
             CHECK(finished == 0 && seen.calls == 2);
             if (lists.at == NULL) continue;
             seen.calls = 0;
-            OK(jostle_index_visit(index, &one, NULL, NULL, shrink_visit, &seen, &finished, &error));
+            OK(jostle_query_visit(index, &one, NULL, NULL, shrink_visit, &seen, &finished, &error));
             CHECK(finished == 1 && seen.calls > 0);
             for (q = lists.first[i]; q < lists.first[i + 1]; ++q)
                 CHECK((q - lists.first[i] < seen.calls) == (lists.at[q] <= lists.at[lists.first[i]]));
-            CHECK(jostle_index_visit(index, &one, NULL, NULL, failing_visit, &seen, &finished, &error) ==
+            CHECK(jostle_query_visit(index, &one, NULL, NULL, failing_visit, &seen, &finished, &error) ==
                   JOSTLE_CALLBACK_FAILED);
         }
-        FAILS(jostle_index_visit(index, NULL, NULL, NULL, count_visit, NULL, &any_finished, &error),
+        FAILS(jostle_query_visit(index, NULL, NULL, NULL, count_visit, NULL, &any_finished, &error),
               JOSTLE_INVALID_ARGUMENT, "queries");
-        FAILS(jostle_world_visit(world, &one, NULL, NULL, NULL, NULL, &any_finished, &error),
+        FAILS(jostle_query_visit(world, &one, NULL, NULL, NULL, NULL, &any_finished, &error),
               JOSTLE_INVALID_ARGUMENT, "visit");
-        FAILS(jostle_world_visit(world, &two, NULL, NULL, count_visit, NULL, &any_finished, &error),
+        FAILS(jostle_query_visit(world, &two, NULL, NULL, count_visit, NULL, &any_finished, &error),
               JOSTLE_SIZE_MISMATCH, "2 queries");
         one = queries;
         one.values.stride -= 4; /* as if a number were missing */
-        FAILS(jostle_index_all(index, &one, NULL, NULL, UINT64_MAX, of_world, &error),
+        FAILS(jostle_query_all(index, &one, NULL, NULL, UINT64_MAX, of_world, &error),
               JOSTLE_INVALID_ARGUMENT, "the stride of queries");
         /* Backwards, and from memory where each has more behind it. */
         one = query_of(&queries, 2);
         one.values.count = 3;
         one.values.stride = -queries.values.stride;
-        OK(jostle_index_all(index, &one, NULL, NULL, UINT64_MAX, of_world, &error));
+        OK(jostle_query_all(index, &one, NULL, NULL, UINT64_MAX, of_world, &error));
         OK(jostle_results_lists(of_world, &same, &error));
         for (i = 0; i < asked; ++i)
             CHECK(same.first[3 - i] - same.first[2 - i] == lists.first[i + 1] - lists.first[i] &&
                   memcmp(same.ids + same.first[2 - i], lists.ids + lists.first[i],
                          (size_t)(lists.first[i + 1] - lists.first[i]) * sizeof *lists.ids) == 0);
         if (lists.at != NULL) {
-            OK(jostle_index_first(index, &queries, NULL, NULL, hits, NULL, &error));
-            OK(jostle_world_first(world, &queries, NULL, NULL, world_hits, NULL, &error));
+            OK(jostle_query_first(index, &queries, NULL, NULL, hits, NULL, &error));
+            OK(jostle_query_first(world, &queries, NULL, NULL, world_hits, NULL, &error));
             for (i = 0; i < asked; ++i)
                 if (lists.first[i] == lists.first[i + 1])
                     CHECK(hits[i].id == UINT64_MAX && world_hits[i].id == 0);
@@ -651,27 +657,27 @@ static void check_answers(jostle_space space, const jostle_index* index, const j
                     CHECK(world_hits[i].id == ids[hits[i].id] && world_hits[i].at == hits[i].at);
                 }
             one = query_of(&queries, 1);
-            OK(jostle_index_first(index, &one, NULL, NULL, &world_hits[0], NULL, &error));
+            OK(jostle_query_first(index, &one, NULL, NULL, &world_hits[0], NULL, &error));
             CHECK(world_hits[0].id == hits[1].id &&
                   world_hits[0].at == hits[1].at); /* alone, as in the batch */
         } else {
-            FAILS(jostle_world_first(world, &queries, NULL, NULL, hits, NULL, &error),
+            FAILS(jostle_query_first(world, &queries, NULL, NULL, hits, NULL, &error),
                   JOSTLE_INVALID_ARGUMENT, "kind");
         }
         if (nearest) {
-            FAILS(jostle_index_any(index, &queries, NULL, NULL, any, &error), JOSTLE_INVALID_ARGUMENT,
+            FAILS(jostle_query_any(index, &queries, NULL, NULL, any, &error), JOSTLE_INVALID_ARGUMENT,
                   "kind");
-            OK(jostle_index_all(index, &queries, NULL, NULL, 2, of_world, &error));
+            OK(jostle_query_all(index, &queries, NULL, NULL, 2, of_world, &error));
             OK(jostle_results_lists(of_world, &same, &error));
             for (i = 0; i < asked; ++i)
                 CHECK(same.first[i + 1] - same.first[i] <= 2 &&
                       same.ids[same.first[i]] == lists.ids[lists.first[i]]);
             continue;
         }
-        OK(jostle_index_any(index, &queries, NULL, NULL, any, &error));
-        OK(jostle_world_any(world, &queries, NULL, NULL, world_any, &error));
-        OK(jostle_index_count(index, &queries, NULL, NULL, counts, &error));
-        OK(jostle_world_count(world, &queries, NULL, NULL, world_counts, &error));
+        OK(jostle_query_any(index, &queries, NULL, NULL, any, &error));
+        OK(jostle_query_any(world, &queries, NULL, NULL, world_any, &error));
+        OK(jostle_query_count(index, &queries, NULL, NULL, counts, &error));
+        OK(jostle_query_count(world, &queries, NULL, NULL, world_counts, &error));
         for (i = 0; i < asked; ++i) {
             CHECK(counts[i] == lists.first[i + 1] - lists.first[i] && world_counts[i] == counts[i]);
             CHECK(any[i] == (counts[i] != 0) && world_any[i] == any[i]);
@@ -685,12 +691,12 @@ static void check_answers(jostle_space space, const jostle_index* index, const j
             filter.struct_size = sizeof filter;
             filter.exclude = &excluded;
             one = query_of(&queries, 0);
-            OK(jostle_index_count(index, &one, NULL, &filter, &left, &error));
+            OK(jostle_query_count(index, &one, NULL, &filter, &left, &error));
             CHECK(left == counts[0] - 1);
             filter.exclude = &excluded_object;
-            OK(jostle_world_count(world, &one, NULL, &filter, &left, &error));
+            OK(jostle_query_count(world, &one, NULL, &filter, &left, &error));
             CHECK(left == counts[0] - 1);
-            OK(jostle_index_all(index, &one, NULL, NULL, 1, of_world, &error));
+            OK(jostle_query_all(index, &one, NULL, NULL, 1, of_world, &error));
             OK(jostle_results_lists(of_world, &same, &error));
             CHECK(same.count == 1 && same.more[0] == 1);
             /* A filter for each query. */
@@ -705,16 +711,16 @@ static void check_answers(jostle_space space, const jostle_index* index, const j
                 }
                 for (i = 0; i < 3; ++i) {
                     one = query_of(&queries, (int)i);
-                    OK(jostle_index_count(index, &one, NULL, &each[i], &alone[i], &error));
+                    OK(jostle_query_count(index, &one, NULL, &each[i], &alone[i], &error));
                 }
                 each[0].count = 3;
-                OK(jostle_index_count(index, &queries, NULL, each, together, &error));
+                OK(jostle_query_count(index, &queries, NULL, each, together, &error));
                 CHECK(memcmp(alone, together, sizeof alone) == 0 && together[0] == counts[0] - 1 &&
                       together[1] == counts[1]);
                 each[0].exclude = each[2].exclude = &excluded_object;
-                OK(jostle_world_count(world, &queries, NULL, each, together, &error));
+                OK(jostle_query_count(world, &queries, NULL, each, together, &error));
                 CHECK(memcmp(alone, together, sizeof alone) == 0);
-                FAILS(jostle_index_count(index, &two, NULL, each, together, &error), JOSTLE_SIZE_MISMATCH,
+                FAILS(jostle_query_count(index, &two, NULL, each, together, &error), JOSTLE_SIZE_MISMATCH,
                       "2 queries and 3 filters");
             }
         }
@@ -843,7 +849,7 @@ static void test_index_and_world(jostle_space space)
         OK(jostle_world_touching(world, ids, boxes_made, results, &error));
         OK(jostle_results_lists(results, &lists, &error));
         CHECK(lists.queries == boxes_made && lists.count == 2 * right.count && lists.at == NULL);
-        OK(jostle_world_bounds_of_all(world, &any, read.f, &error));
+        OK(jostle_query_bounds(world, &any, read.f, &error));
         CHECK(any == 1);
         OK(jostle_world_report_again(world, ids, NULL, boxes_made, &error));
         OK(jostle_world_update(world, &error));
@@ -972,7 +978,7 @@ static void test_index_and_world(jostle_space space)
         region.values.data = number_size(space) == 4 ? (const void*)everywhere_f : (const void*)everywhere;
         region.values.count = 1;
         region.values.stride = 2 * dim * number_size(space);
-        OK(jostle_world_count(layered, &region, NULL, &by_layer, found, &error));
+        OK(jostle_query_count(layered, &region, NULL, &by_layer, found, &error));
         CHECK(found[0] == boxes_made);
         OK(jostle_free(layered, &error));
     }
@@ -981,11 +987,23 @@ static void test_index_and_world(jostle_space space)
     OK(jostle_find_pairs_brute_force(space, &boxes, &boxes, NULL, expected, &error));
     OK(jostle_results_blocks(expected, &right, &error));
     OK(jostle_pair_checksum(&right, &right_sum, &error));
-    OK(jostle_index_join(index, &boxes, results, &error));
+    OK(jostle_query_join(index, &boxes, NULL, results, &error));
     OK(jostle_results_blocks(results, &pairs, &error));
     OK(jostle_pair_checksum(&pairs, &sum, &error));
     CHECK(sum == right_sum);
-    OK(jostle_world_join(world, &boxes, NULL, results, &error));
+    {
+        /* An index knows no object's category: all that it filters by is given. */
+        const uint64_t excluded = pairs.count == 0 ? 0 : ((const jostle_pair*)pairs.blocks[0].items)->b;
+        const uint64_t before = pairs.count;
+        jostle_query_filter filter;
+        memset(&filter, 0, sizeof filter);
+        filter.struct_size = sizeof filter;
+        filter.exclude = &excluded;
+        OK(jostle_query_join(index, &boxes, &filter, results, &error));
+        OK(jostle_results_blocks(results, &pairs, &error));
+        CHECK(pairs.count < before);
+    }
+    OK(jostle_query_join(world, &boxes, NULL, results, &error));
     OK(jostle_results_blocks(results, &pairs, &error));
     OK(jostle_pair_checksum(&pairs, &sum, &error));
     CHECK(sum == right_sum);
@@ -1109,13 +1127,13 @@ static void test_index_and_world(jostle_space space)
         filter.struct_size = sizeof filter;
         filter.accept = fail_answer;
         OK(jostle_index_build(index, NULL, &boxes, &error));
-        FAILS(jostle_index_any(index, &region, NULL, &filter, &any, &error), JOSTLE_CALLBACK_FAILED, "-11");
-        FAILS(jostle_world_join(fork, &boxes, &filter, results, &error), JOSTLE_CALLBACK_FAILED, "-11");
+        FAILS(jostle_query_any(index, &region, NULL, &filter, &any, &error), JOSTLE_CALLBACK_FAILED, "-11");
+        FAILS(jostle_query_join(fork, &boxes, &filter, results, &error), JOSTLE_CALLBACK_FAILED, "-11");
         filter.accept = NULL;
         filter.owner.data = plain;
         filter.owner.count = boxes_made;
         filter.owner.stride = 4;
-        FAILS(jostle_world_any(world, &region, NULL, &filter, &any, &error), JOSTLE_INVALID_ARGUMENT,
+        FAILS(jostle_query_any(world, &region, NULL, &filter, &any, &error), JOSTLE_INVALID_ARGUMENT,
               "world knows");
     }
     OK(jostle_free(fork, &error));
@@ -1470,26 +1488,26 @@ static void test_shapes_and_contacts(void)
             OK(jostle_world_new(JOSTLE_3F, NULL, &shape_world, &error));
             OK(jostle_world_add(shape_world, &boxes_of_shapes, NULL, world_ids, &error));
             OK(jostle_world_update(shape_world, &error));
-            OK(jostle_index_first(shape_index, &casts, &objects, NULL, found, hits, &error));
+            OK(jostle_query_first(shape_index, &casts, &objects, NULL, found, hits, &error));
             CHECK(found[0].id == 2 && found[0].at == 2 && hits[0].fraction == 2 && hits[0].point[0] == -1);
             CHECK(found[1].id == UINT64_MAX && found[1].at == HUGE_VAL && hits[1].fraction == HUGE_VALF);
             casts.values.data = rays[1];
             casts.values.count = 1;
-            OK(jostle_index_first(shape_index, &casts, &objects, NULL, found, hits, &error));
+            OK(jostle_query_first(shape_index, &casts, &objects, NULL, found, hits, &error));
             CHECK(found[0].id == UINT64_MAX && found[0].at == HUGE_VAL && hits[0].fraction == HUGE_VALF);
             casts.values = given_rays;
-            OK(jostle_world_first(shape_world, &casts, &objects, NULL, found, NULL, &error));
+            OK(jostle_query_first(shape_world, &casts, &objects, NULL, found, NULL, &error));
             CHECK(found[0].id == world_ids[2] && found[0].at == 2 && found[1].id == 0);
-            OK(jostle_index_any(shape_index, &casts, &objects, NULL, any, &error));
-            OK(jostle_world_count(shape_world, &casts, &objects, NULL, numbers_of, &error));
+            OK(jostle_query_any(shape_index, &casts, &objects, NULL, any, &error));
+            OK(jostle_query_count(shape_world, &casts, &objects, NULL, numbers_of, &error));
             CHECK(any[0] == 1 && any[1] == 0 && numbers_of[0] == 1 && numbers_of[1] == 0);
-            OK(jostle_index_all(shape_index, &casts, &objects, NULL, 1, results, &error));
+            OK(jostle_query_all(shape_index, &casts, &objects, NULL, 1, results, &error));
             OK(jostle_results_lists(results, &lists, &error));
             OK(jostle_results_blocks(results, &all_blocks, &error));
             CHECK(lists.queries == 2 && lists.count == 1 && lists.first[1] == 1 && lists.ids[0] == 2 &&
                   lists.at[0] == 2 && lists.more[0] == 0 && all_blocks.count == 1);
             CHECK(((const jostle_cast_hit_3f*)all_blocks.blocks[0].items)->normal[0] == -1);
-            OK(jostle_world_all(shape_world, &casts, &objects, NULL, 0, results, &error));
+            OK(jostle_query_all(shape_world, &casts, &objects, NULL, 0, results, &error));
             OK(jostle_results_lists(results, &lists, &error));
             CHECK(lists.count == 0 && lists.more[0] == 1 && lists.more[1] == 0);
             /* One filter for each: the first leaves the sphere out, the second nothing. */
@@ -1497,54 +1515,54 @@ static void test_shapes_and_contacts(void)
             filters[0].struct_size = filters[1].struct_size = filters[2].struct_size = sizeof filters[0];
             filters[0].exclude = &left_out;
             filters[0].count = 2;
-            OK(jostle_index_first(shape_index, &casts, &objects, filters, found, hits, &error));
+            OK(jostle_query_first(shape_index, &casts, &objects, filters, found, hits, &error));
             CHECK(found[0].id == UINT64_MAX);
-            OK(jostle_index_first(shape_index, &casts, &objects, filters + 1, found, hits, &error));
+            OK(jostle_query_first(shape_index, &casts, &objects, filters + 1, found, hits, &error));
             CHECK(found[0].id == 2);
             left_out = UINT64_MAX; /* what a hit has that is none */
-            OK(jostle_index_first(shape_index, &casts, &objects, filters, found, hits, &error));
+            OK(jostle_query_first(shape_index, &casts, &objects, filters, found, hits, &error));
             CHECK(found[0].id == 2);
             filters[0].count = 3;
-            FAILS(jostle_index_first(shape_index, &casts, &objects, filters, found, hits, &error),
+            FAILS(jostle_query_first(shape_index, &casts, &objects, filters, found, hits, &error),
                   JOSTLE_SIZE_MISMATCH, "3 filters");
             /* Shapes that move. */
             casts.shapes = &objects;
-            FAILS(jostle_index_first(shape_index, &casts, &objects, NULL, found, hits, &error),
+            FAILS(jostle_query_first(shape_index, &casts, &objects, NULL, found, hits, &error),
                   JOSTLE_INVALID_ARGUMENT, "have no shapes");
             casts.kind = JOSTLE_SHAPE_SWEEP;
-            FAILS(jostle_index_first(shape_index, &casts, NULL, NULL, found, hits, &error),
+            FAILS(jostle_query_first(shape_index, &casts, NULL, NULL, found, hits, &error),
                   JOSTLE_INVALID_ARGUMENT, "where objects is NULL");
-            FAILS(jostle_index_first(shape_index, &casts, &objects, NULL, found, hits, &error),
+            FAILS(jostle_query_first(shape_index, &casts, &objects, NULL, found, hits, &error),
                   JOSTLE_SIZE_MISMATCH, "2 values");
             casts.values = given_ways;
-            OK(jostle_index_first(shape_index, &casts, &objects, NULL, found, hits, &error));
+            OK(jostle_query_first(shape_index, &casts, &objects, NULL, found, hits, &error));
             CHECK(found[0].id == 0 && hits[0].fraction == 0); /* itself */
             /* Shapes that stay touch themselves alone. */
             casts.kind = JOSTLE_POSED_SHAPE;
-            FAILS(jostle_index_count(shape_index, &casts, &objects, NULL, numbers_of, &error),
+            FAILS(jostle_query_count(shape_index, &casts, &objects, NULL, numbers_of, &error),
                   JOSTLE_INVALID_ARGUMENT, "values.count is 3 and must be 0");
             memset(&casts.values, 0, sizeof casts.values);
-            OK(jostle_index_count(shape_index, &casts, &objects, NULL, numbers_of, &error));
+            OK(jostle_query_count(shape_index, &casts, &objects, NULL, numbers_of, &error));
             CHECK(numbers_of[2] == 1);
-            OK(jostle_world_all(shape_world, &casts, &objects, NULL, UINT64_MAX, results, &error));
+            OK(jostle_query_all(shape_world, &casts, &objects, NULL, UINT64_MAX, results, &error));
             OK(jostle_results_lists(results, &lists, &error));
             CHECK(lists.queries == 3 && lists.at == NULL && lists.ids[lists.first[2]] == world_ids[2]);
             FAILS(jostle_results_blocks(results, &all_blocks, &error), JOSTLE_INVALID_ARGUMENT, "");
-            FAILS(jostle_index_first(shape_index, &casts, &objects, NULL, found, hits, &error),
+            FAILS(jostle_query_first(shape_index, &casts, &objects, NULL, found, hits, &error),
                   JOSTLE_INVALID_ARGUMENT, "JOSTLE_SHAPE_SWEEP");
             /* The nearest, which is itself. */
             near.kind = JOSTLE_NEAREST_TO_SHAPE;
             near.shapes = &objects;
-            OK(jostle_index_first(shape_index, &near, &objects, NULL, found, distances, &error));
+            OK(jostle_query_first(shape_index, &near, &objects, NULL, found, distances, &error));
             CHECK(found[2].id == 2 && found[2].at == -2 && distances[2][0] == -2);
             near.values.data = no_further;
             near.values.count = 3;
             near.values.stride = sizeof no_further[0];
-            OK(jostle_world_first(shape_world, &near, &objects, NULL, found, distances, &error));
+            OK(jostle_query_first(shape_world, &near, &objects, NULL, found, distances, &error));
             CHECK(found[2].id == world_ids[2] && distances[2][0] == -2);
             near.nearest = 3;
             memset(&near.values, 0, sizeof near.values);
-            OK(jostle_index_all(shape_index, &near, &objects, NULL, UINT64_MAX, results, &error));
+            OK(jostle_query_all(shape_index, &near, &objects, NULL, UINT64_MAX, results, &error));
             OK(jostle_results_lists(results, &lists, &error));
             OK(jostle_results_blocks(results, &all_blocks, &error));
             CHECK(lists.count == 9 && all_blocks.count == 9 && all_blocks.item_size == sizeof distances[0] &&
@@ -1558,22 +1576,22 @@ static void test_shapes_and_contacts(void)
                 third.poses.data = (const char*)objects.poses.data + 2 * objects.poses.stride;
                 third.poses.count = 1;
                 one.shapes = &third;
-                FAILS(jostle_index_visit(shape_index, &one, &objects, NULL, visit_closest, &seen, &finished,
+                FAILS(jostle_query_visit(shape_index, &one, &objects, NULL, visit_closest, &seen, &finished,
                                          &error),
                       JOSTLE_SIZE_MISMATCH, "3 shapes, 1 poses");
                 OK(jostle_shapes_set_repeats(shapes, 1, &error));
-                FAILS(jostle_index_visit(shape_index, &one, &objects, NULL, visit_closest, &seen, &finished,
+                FAILS(jostle_query_visit(shape_index, &one, &objects, NULL, visit_closest, &seen, &finished,
                                          &error),
                       JOSTLE_SIZE_MISMATCH, "3 shapes, 1 poses");
                 OK(jostle_shapes_set_repeats(shapes, 0, &error));
                 near.shapes = NULL;
-                FAILS(jostle_index_visit(shape_index, &near, &objects, NULL, visit_closest, &seen, &finished,
+                FAILS(jostle_query_visit(shape_index, &near, &objects, NULL, visit_closest, &seen, &finished,
                                          &error),
                       JOSTLE_INVALID_ARGUMENT, "shapes is NULL");
                 OK(jostle_shapes_new(3, &one_shape, &error));
                 OK(jostle_shapes_add(one_shape, sphere, 1, &error));
                 third.shapes = one_shape;
-                OK(jostle_index_visit(shape_index, &one, &objects, NULL, visit_closest, &seen, &finished,
+                OK(jostle_query_visit(shape_index, &one, &objects, NULL, visit_closest, &seen, &finished,
                                       &error));
                 CHECK(finished == 1 && seen.next == 9);
                 OK(jostle_free(one_shape, &error));
@@ -1781,6 +1799,8 @@ static void test_bad_input(void)
     jostle_lists lists;
     uint64_t size, nothing[4] = {0, 0, 0, 0};
     int i;
+    int32_t any;
+    float box[6];
     OK(jostle_finder_new(NULL, &finder, &error));
     OK(jostle_index_new(JOSTLE_3F, NULL, &index, &error));
     OK(jostle_results_new(NULL, &results, &error));
@@ -1795,6 +1815,12 @@ static void test_bad_input(void)
           JOSTLE_BAD_HANDLE, "");
     FAILS(jostle_index_size((const jostle_index*)finder, &size, &error), JOSTLE_BAD_HANDLE,
           "no jostle_index but a jostle_finder");
+    FAILS(jostle_query_bounds(finder, &any, box, &error), JOSTLE_BAD_HANDLE,
+          "no jostle_index or jostle_world but a jostle_finder");
+    FAILS(jostle_query_bounds(nothing, &any, box, &error), JOSTLE_BAD_HANDLE,
+          "no jostle_index or jostle_world");
+    FAILS(jostle_query_bounds(NULL, &any, box, &error), JOSTLE_INVALID_ARGUMENT,
+          "the jostle_index or jostle_world is NULL");
     FAILS(jostle_free(nothing, &error), JOSTLE_BAD_HANDLE, "no handle");
     FAILS(jostle_free(&finder, &error), JOSTLE_BAD_HANDLE, "no handle"); /* not what it points to */
     FAILS(jostle_free((char*)index + 1, &error), JOSTLE_BAD_HANDLE, "no handle");

@@ -9,24 +9,6 @@
 namespace c_twin {
 namespace {
 
-/// The verbs of an index, or of a world.
-template <class Handle>
-struct Verbs
-{
-    jostle_status (*any)(const Handle*, const jostle_queries*, const jostle_objects*,
-                         const jostle_query_filter*, uint8_t*, jostle_error*);
-    jostle_status (*count)(const Handle*, const jostle_queries*, const jostle_objects*,
-                           const jostle_query_filter*, uint64_t*, jostle_error*);
-    jostle_status (*first)(const Handle*, const jostle_queries*, const jostle_objects*,
-                           const jostle_query_filter*, jostle_hit*, void*, jostle_error*);
-    jostle_status (*all)(const Handle*, const jostle_queries*, const jostle_objects*,
-                         const jostle_query_filter*, uint64_t, jostle_results*, jostle_error*);
-};
-constexpr Verbs<jostle_index> index_verbs = {jostle_index_any, jostle_index_count, jostle_index_first,
-                                             jostle_index_all};
-constexpr Verbs<jostle_world> world_verbs = {jostle_world_any, jostle_world_count, jostle_world_first,
-                                             jostle_world_all};
-
 class CMemory : public CTwin
 {
   protected:
@@ -79,28 +61,27 @@ class CMemory : public CTwin
         return given;
     }
     /// Everything that can be asked.
-    template <class Handle>
-    void ask(const Handle* handle, const Verbs<Handle>& verbs)
+    void ask(const void* handle)
     {
         const auto each = [&](const jostle_queries& given, const jostle_objects* of, bool ordered,
                               bool nearest) {
             for (const jostle_query_filter* filter :
                  {static_cast<jostle_query_filter*>(nullptr), filters.data()}) {
                 if (!nearest) {
-                    OK(verbs.any(handle, &given, of, filter, any, &error));
-                    OK(verbs.count(handle, &given, of, filter, counts, &error));
+                    OK(jostle_query_any(handle, &given, of, filter, any, &error));
+                    OK(jostle_query_count(handle, &given, of, filter, counts, &error));
                 }
                 if (ordered) {
-                    OK(verbs.first(handle, &given, of, filter, hits, details, &error));
+                    OK(jostle_query_first(handle, &given, of, filter, hits, details, &error));
                 }
-                OK(verbs.all(handle, &given, of, filter, UINT64_MAX, results, &error));
+                OK(jostle_query_all(handle, &given, of, filter, UINT64_MAX, results, &error));
             }
             // One alone.
             jostle_queries one = given;
             if (one.values.count != 0) one.values.count = 1;
             const jostle_objects asker = {one_shape, {poses.data(), 1, sizeof poses[0]}};
             if (one.shapes != nullptr) one.shapes = &asker;
-            OK(verbs.all(handle, &one, of, nullptr, UINT64_MAX, results, &error));
+            OK(jostle_query_all(handle, &one, of, nullptr, UINT64_MAX, results, &error));
         };
         each(asked(JOSTLE_RAY, 7, false), nullptr, true, false);
         each(asked(JOSTLE_FRUSTUM, 0, false), nullptr, false, false);
@@ -111,13 +92,12 @@ class CMemory : public CTwin
         each(asked(JOSTLE_POSED_SHAPE, 0, true), &objects, false, false);
         each(asked(JOSTLE_NEAREST_TO_SHAPE, 1, true), &objects, true, true);
     }
-    template <class Handle>
-    void ask_again(const Handle* handle, const Verbs<Handle>& verbs)
+    void ask_again(const void* handle)
     {
-        ask(handle, verbs);
+        ask(handle);
         const std::uint64_t before = global_new::calls;
-        ask(handle, verbs);
-        ask(handle, verbs);
+        ask(handle);
+        ask(handle);
         EXPECT_EQ(global_new::calls, before);
     }
 
@@ -139,9 +119,9 @@ class CMemory : public CTwin
 TEST_F(CMemory, BatchesToAnIndexAllocateNothingAgain)
 {
     make_index();
-    ask_again(index, index_verbs);
+    ask_again(index);
     OK(jostle_index_release_memory(index, &error));
-    ask_again(index, index_verbs);
+    ask_again(index);
 }
 
 TEST_F(CMemory, BatchesToAWorldAllocateNothingAgain)
@@ -153,7 +133,7 @@ TEST_F(CMemory, BatchesToAWorldAllocateNothingAgain)
     OK(jostle_world_new(JOSTLE_3F, &how, &world, &error));
     OK(jostle_world_add(world, &all, nullptr, ids.data(), &error));
     OK(jostle_world_update(world, &error));
-    ask_again(world, world_verbs);
+    ask_again(world);
     const auto touching = [&] { OK(jostle_world_touching(world, ids.data(), n, results, &error)); };
     touching();
     const std::uint64_t before = global_new::calls;
@@ -167,7 +147,7 @@ TEST_F(CMemory, ReleasedMemoryIsGone)
     const jostle_queries given = asked(JOSTLE_NEAREST_TO_SHAPE, 1, true);
     const auto blocks = [] { return global_new::blocks.load(); };
     const std::int64_t before = blocks();
-    OK(jostle_index_first(index, &given, &objects, nullptr, hits, details, &error));
+    OK(jostle_query_first(index, &given, &objects, nullptr, hits, details, &error));
 #if JOSTLE_OWN_NEW
     EXPECT_GT(blocks(), before);
 #endif
@@ -188,7 +168,7 @@ struct Asking
         auto& me = *static_cast<Asking*>(context);
         if (++me.calls % 16 != 1) return 1;
         jostle_hit found[40];
-        return jostle_index_first(me.index, me.queries, me.objects, nullptr, found, nullptr, nullptr) ==
+        return jostle_query_first(me.index, me.queries, me.objects, nullptr, found, nullptr, nullptr) ==
                        JOSTLE_OK
                    ? 1
                    : -1;
@@ -200,7 +180,7 @@ TEST_F(CMemory, ACallbackThatAsksHasMemoryOfItsOwn)
     make_index();
     const jostle_queries given = asked(JOSTLE_NEAREST, 4, false);
     jostle_hit expected[queries];
-    OK(jostle_index_first(index, &given, nullptr, nullptr, expected, nullptr, &error));
+    OK(jostle_query_first(index, &given, nullptr, nullptr, expected, nullptr, &error));
     jostle_queries inner = given;
     static_assert(queries == 40);
     inner.values.data = numbers.data() + 3 * queries;
@@ -209,7 +189,7 @@ TEST_F(CMemory, ACallbackThatAsksHasMemoryOfItsOwn)
     filter.accept = Asking::accept;
     filter.context = &asking;
     for (int round = 0; round < 2; ++round) {
-        OK(jostle_index_first(index, &given, nullptr, &filter, hits, nullptr, &error));
+        OK(jostle_query_first(index, &given, nullptr, &filter, hits, nullptr, &error));
         EXPECT_GE(asking.calls, 16u);
         for (std::size_t i = 0; i < queries; ++i) {
             EXPECT_EQ(hits[i].id, expected[i].id);

@@ -109,10 +109,10 @@ TEST_F(CPairs, ABoxAroundAnIndex)
     OK(jostle_index_new(JOSTLE_3F, nullptr, &index, &error));
     int32_t any = 1;
     Aabb3f bounds{};
-    OK(jostle_index_bounds(index, &any, &bounds, &error));
+    OK(jostle_query_bounds(index, &any, &bounds, &error));
     EXPECT_EQ(any, 0);
     OK(jostle_index_build(index, nullptr, &all, &error));
-    OK(jostle_index_bounds(index, &any, &bounds, &error));
+    OK(jostle_query_bounds(index, &any, &bounds, &error));
     EXPECT_EQ(any, 1);
     jostle::BoxIndex3f twin;
     twin.build(boxes);
@@ -182,7 +182,7 @@ TEST_F(CIndex, AFiltersColumnsAndAskerArrive)
         const std::vector<Aabb3f> asked = random_boxes(random, 3, 3);
         std::uint64_t counts[3];
         const jostle_queries three = queries_of(JOSTLE_BOX, asked.data(), 3);
-        OK(jostle_index_count(index, &three, nullptr, &wish, counts, &error));
+        OK(jostle_query_count(index, &three, nullptr, &wish, counts, &error));
         for (std::size_t i = 0; i < 3; ++i) {
             EXPECT_EQ(counts[i], twin.count(asked[i], filter));
             some += counts[i];
@@ -220,7 +220,7 @@ TEST_F(CIndex, ListsSayTheirEnds)
                      {1, 0, 0.01f},
                      8});
             const jostle_queries given = queries_of(JOSTLE_RAY, rays.data(), queries);
-            OK(jostle_index_all(index, &given, nullptr, nullptr, most, results, &error));
+            OK(jostle_query_all(index, &given, nullptr, nullptr, most, results, &error));
             jostle_lists lists;
             OK(jostle_results_lists(results, &lists, &error));
             ASSERT_EQ(lists.queries, queries);
@@ -307,7 +307,7 @@ void check_shapes(const jostle_index* index, const jostle::BoxIndex3f& twin, con
         twin.nearest(queries, shapes, lists);
     else
         twin.all(queries, shapes, lists);
-    OK(jostle_index_all(index, &given, &objects, nullptr, UINT64_MAX, results, &error));
+    OK(jostle_query_all(index, &given, &objects, nullptr, UINT64_MAX, results, &error));
     jostle_lists found{};
     OK(jostle_results_lists(results, &found, &error));
     ASSERT_EQ(found.queries, n);
@@ -353,7 +353,7 @@ void check_shapes(const jostle_index* index, const jostle::BoxIndex3f& twin, con
             return 1;
         };
         std::int32_t finished = 0;
-        OK(jostle_index_visit(index, &one, &objects, nullptr, visit, &handed, &finished, &error));
+        OK(jostle_query_visit(index, &one, &objects, nullptr, visit, &handed, &finished, &error));
         EXPECT_EQ(finished, 1);
         std::vector<std::uint64_t> expected(found.ids + found.first[i], found.ids + found.first[i + 1]);
         if (found.at == nullptr) {
@@ -374,7 +374,7 @@ void check_shapes(const jostle_index* index, const jostle::BoxIndex3f& twin, con
             twin.nearest(queries, shapes, first);
         else
             twin.first(queries, shapes, first);
-        OK(jostle_index_first(index, &given, &objects, nullptr, hits.data(), details.data(), &error));
+        OK(jostle_query_first(index, &given, &objects, nullptr, hits.data(), details.data(), &error));
         jostle_blocks blocks{};
         OK(jostle_results_blocks(results, &blocks, &error));
         const std::vector<Details> all = items_of<Details>(blocks);
@@ -390,8 +390,8 @@ void check_shapes(const jostle_index* index, const jostle::BoxIndex3f& twin, con
     if constexpr (!is_nearest) {
         std::vector<std::uint64_t> counts(n);
         std::vector<std::uint8_t> any(n);
-        OK(jostle_index_count(index, &given, &objects, nullptr, counts.data(), &error));
-        OK(jostle_index_any(index, &given, &objects, nullptr, any.data(), &error));
+        OK(jostle_query_count(index, &given, &objects, nullptr, counts.data(), &error));
+        OK(jostle_query_any(index, &given, &objects, nullptr, any.data(), &error));
         for (std::size_t i = 0; i < n; ++i) {
             EXPECT_EQ(counts[i], found.first[i + 1] - found.first[i]);
             EXPECT_EQ(any[i], counts[i] != 0);

@@ -125,29 +125,29 @@ TEST_F(CRefusals, QueriesOfIndexAndWorld)
     refused(jostle_index_build(index, ids.data(), &without, &error), "boxes::hi[1] is NULL");
     OK(jostle_index_build(index, ids.data(), &given, &error));
     std::vector<std::uint64_t> counts(2);
-    OK(jostle_index_count(index, &one_box, nullptr, nullptr, counts.data(), &error));
+    OK(jostle_query_count(index, &one_box, nullptr, nullptr, counts.data(), &error));
     EXPECT_GE(counts[0], 1u);
     auto filter = options_of<jostle_query_filter>();
     std::uint64_t exclude = std::uint64_t{1} << 32;
     filter.exclude = &exclude;
-    refused(jostle_index_count(index, &one_box, nullptr, &filter, counts.data(), &error),
+    refused(jostle_query_count(index, &one_box, nullptr, &filter, counts.data(), &error),
             "exclude is 4294967296");
     filter.exclude = nullptr;
     for (const jostle_query_kind kind :
          {jostle_query_kind{-1}, jostle_query_kind{99}, jostle_query_kind{JOSTLE_NEAREST}}) {
         jostle_queries odd = one_box;
         odd.kind = kind;
-        refused(jostle_index_count(index, &odd, nullptr, &filter, counts.data(), &error),
+        refused(jostle_query_count(index, &odd, nullptr, &filter, counts.data(), &error),
                 "kind is " + std::to_string(kind) +
                     "; this call takes JOSTLE_RAY, JOSTLE_SWEEP, JOSTLE_BOX, JOSTLE_SPHERE, JOSTLE_FRUSTUM");
     }
     jostle_hit hit;
-    refused(jostle_index_first(index, &one_box, nullptr, nullptr, &hit, nullptr, &error),
+    refused(jostle_query_first(index, &one_box, nullptr, nullptr, &hit, nullptr, &error),
             "kind is 3; this call takes JOSTLE_RAY, JOSTLE_SWEEP");
     jostle_query_filter filters[2] = {options_of<jostle_query_filter>(), options_of<jostle_query_filter>()};
     filters[0].count = filters[1].count = 2;
     filters[0].struct_size = sizeof filter - 4;
-    refused(jostle_index_count(index, &two_boxes, nullptr, filters, counts.data(), &error), "struct_size");
+    refused(jostle_query_count(index, &two_boxes, nullptr, filters, counts.data(), &error), "struct_size");
 
     OK(jostle_world_new(JOSTLE_3F, nullptr, &world, &error));
     std::vector<jostle_id> objects(boxes.size());
@@ -158,26 +158,26 @@ TEST_F(CRefusals, QueriesOfIndexAndWorld)
          {&jostle_query_filter::category, &jostle_query_filter::mask, &jostle_query_filter::owner}) {
         filter = options_of<jostle_query_filter>();
         filter.*member = {column, 9, sizeof column[0]};
-        refused(jostle_world_count(world, &one_box, nullptr, &filter, counts.data(), &error),
+        refused(jostle_query_count(world, &one_box, nullptr, &filter, counts.data(), &error),
                 "no category, mask or owner");
     }
     // The asker's own count: nobody has category 2, which is all that it wants.
     filter = options_of<jostle_query_filter>();
     const jostle_asker asker{1, 2, UINT32_MAX};
     filter.asker = &asker;
-    OK(jostle_world_count(world, &one_box, nullptr, &filter, counts.data(), &error));
+    OK(jostle_query_count(world, &one_box, nullptr, &filter, counts.data(), &error));
     EXPECT_EQ(counts[0], 0u);
-    OK(jostle_world_count(world, &one_box, nullptr, nullptr, counts.data(), &error));
+    OK(jostle_query_count(world, &one_box, nullptr, nullptr, counts.data(), &error));
     EXPECT_GE(counts[0], 1u);
     std::uint8_t any = 7;
-    OK(jostle_world_any(world, &one_box, nullptr, nullptr, &any, &error));
+    OK(jostle_query_any(world, &one_box, nullptr, nullptr, &any, &error));
     EXPECT_EQ(any, 1);
-    refused(jostle_world_join(world, &given, filters + 1, results, &error), "one filter");
+    refused(jostle_query_join(world, &given, filters + 1, results, &error), "one filter");
     jostle_world* other = nullptr;
     OK(jostle_world_new(JOSTLE_3D, nullptr, &other, &error));
     std::int32_t finished = 0;
     const auto visit = [](void*, std::uint64_t, std::uint64_t, double, double*) -> std::int32_t { return 1; };
-    refused(jostle_world_closest_pairs(world, other, 1, visit, nullptr, &finished, &error),
+    refused(jostle_query_closest_pairs(world, other, 1, visit, nullptr, &finished, &error),
             "different spaces");
     OK(jostle_free(other, &error));
     auto stats = options_of<jostle_world_stats>();
@@ -272,7 +272,7 @@ TEST_F(CRefusals, HandlesAreNotFreedInTheirOwnCallbacks)
     free_it = [](void* handle) { return jostle_free(handle, &inner); };
     std::int32_t finished = 0;
     calls = 0;
-    OK(jostle_index_visit(index, &one_box, nullptr, nullptr, visit, index, &finished, &error));
+    OK(jostle_query_visit(index, &one_box, nullptr, nullptr, visit, index, &finished, &error));
     EXPECT_GT(calls, 0);
 
     auto world_options = options_of<jostle_world_options>();
@@ -288,7 +288,7 @@ TEST_F(CRefusals, HandlesAreNotFreedInTheirOwnCallbacks)
     OK(jostle_world_update(world, &error));
     EXPECT_GT(calls, 5);
     calls = 0;
-    OK(jostle_world_visit(world, &one_box, nullptr, nullptr, visit, nullptr, &finished, &error));
+    OK(jostle_query_visit(world, &one_box, nullptr, nullptr, visit, nullptr, &finished, &error));
     EXPECT_GT(calls, 0);
     EXPECT_EQ(frees, 0);
 
@@ -301,7 +301,7 @@ TEST_F(CRefusals, HandlesAreNotFreedInTheirOwnCallbacks)
         }
         return jostle_status{JOSTLE_INVALID_ARGUMENT};
     };
-    OK(jostle_world_visit(world, &one_box, nullptr, nullptr, visit, nullptr, &finished, &error));
+    OK(jostle_query_visit(world, &one_box, nullptr, nullptr, visit, nullptr, &finished, &error));
     EXPECT_EQ(other, nullptr);
     OK(jostle_free(std::exchange(world, nullptr), &error));
     OK(jostle_free(std::exchange(index, nullptr), &error));
@@ -361,7 +361,7 @@ TEST_F(CRefusals, HandlesAreNotFreedInCallbacksOnOtherThreads)
             do_it();
             return 1;
         };
-        OK(jostle_index_all(index, &queries, nullptr, &query_filter, UINT64_MAX, results, &error));
+        OK(jostle_query_all(index, &queries, nullptr, &query_filter, UINT64_MAX, results, &error));
         EXPECT_GT(calls, 20'000);
         if (kind == 2) {
             EXPECT_EQ(elsewhere, calls);
@@ -422,18 +422,18 @@ TEST_F(CRefusals, HandlesAreNotChangedInTheirOwnCallbacks)
              [&] { return jostle_index_clear(index, &inner); },
              [&] { return jostle_index_release_memory(index, &inner); }}) {
         change = each;
-        OK(jostle_index_visit(index, &one_box, nullptr, nullptr, visit, nullptr, &finished, &error));
+        OK(jostle_query_visit(index, &one_box, nullptr, nullptr, visit, nullptr, &finished, &error));
         called("a change of the index");
     }
     // It may be asked.
     const auto join = [](void* its, std::uint64_t, double, const void*, double*) -> std::int32_t {
         const auto& [joined, with, into] =
             *static_cast<std::tuple<jostle_index*, const jostle_boxes*, jostle_results*>*>(its);
-        EXPECT_EQ(jostle_index_join(joined, with, into, &inner), JOSTLE_OK) << inner.message;
+        EXPECT_EQ(jostle_query_join(joined, with, nullptr, into, &inner), JOSTLE_OK) << inner.message;
         return 0;
     };
     std::tuple<jostle_index*, const jostle_boxes*, jostle_results*> joining{index, &given, results};
-    OK(jostle_index_visit(index, &one_box, nullptr, nullptr, join, &joining, &finished, &error));
+    OK(jostle_query_visit(index, &one_box, nullptr, nullptr, join, &joining, &finished, &error));
     EXPECT_EQ(finished, 0);
     // Two calls that fill one result: the outer one's answers alone.
     auto query_filter = options_of<jostle_query_filter>();
@@ -441,8 +441,8 @@ TEST_F(CRefusals, HandlesAreNotChangedInTheirOwnCallbacks)
         do_it();
         return 1;
     };
-    change = [&] { return jostle_index_all(index, &one_box, nullptr, nullptr, UINT64_MAX, results, &inner); };
-    OK(jostle_index_all(index, &one_box, nullptr, &query_filter, UINT64_MAX, results, &error));
+    change = [&] { return jostle_query_all(index, &one_box, nullptr, nullptr, UINT64_MAX, results, &inner); };
+    OK(jostle_query_all(index, &one_box, nullptr, &query_filter, UINT64_MAX, results, &error));
     jostle_lists lists{};
     OK(jostle_results_lists(results, &lists, &error));
     EXPECT_EQ(lists.queries, 1u);

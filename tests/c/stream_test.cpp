@@ -472,7 +472,7 @@ class Stream
         Box hull{};
         ASSERT_EQ(jostle_world_size(of.c, &size, &error_), JOSTLE_OK);
         ASSERT_EQ(jostle_world_index_end(of.c, &end, &error_), JOSTLE_OK);
-        ASSERT_EQ(jostle_world_bounds_of_all(of.c, &any, &hull, &error_), JOSTLE_OK);
+        ASSERT_EQ(jostle_query_bounds(of.c, &any, &hull, &error_), JOSTLE_OK);
         EXPECT_EQ(size, of.cpp->size());
         EXPECT_EQ(end, of.cpp->index_end());
         EXPECT_EQ(any != 0, of.cpp->bounds().has_value());
@@ -607,17 +607,17 @@ class Stream
                 of.cpp->all(queries, lists, filter, most);
         });
         ASSERT_EQ(
-            jostle_world_all(of.c, &given, nullptr, wish, is_nearest ? UINT64_MAX : most, results_, &error_),
+            jostle_query_all(of.c, &given, nullptr, wish, is_nearest ? UINT64_MAX : most, results_, &error_),
             JOSTLE_OK)
             << error_.message;
         check_found(lists);
         if constexpr (!is_nearest) {
             std::vector<std::uint64_t> numbers(n), twins(n);
             with(filters, [&](const auto& filter) { of.cpp->count(queries, std::span(numbers), filter); });
-            ASSERT_EQ(jostle_world_count(of.c, &given, nullptr, wish, twins.data(), &error_), JOSTLE_OK);
+            ASSERT_EQ(jostle_query_count(of.c, &given, nullptr, wish, twins.data(), &error_), JOSTLE_OK);
             EXPECT_EQ(numbers, twins);
             std::vector<std::uint8_t> any(n);
-            ASSERT_EQ(jostle_world_any(of.c, &given, nullptr, wish, any.data(), &error_), JOSTLE_OK);
+            ASSERT_EQ(jostle_query_any(of.c, &given, nullptr, wish, any.data(), &error_), JOSTLE_OK);
             for (std::size_t i = 0; i < n; ++i)
                 EXPECT_EQ(any[i] != 0, numbers[i] != 0);
         }
@@ -630,7 +630,7 @@ class Stream
                 else
                     of.cpp->first(queries, std::span(hits), filter);
             });
-            ASSERT_EQ(jostle_world_first(of.c, &given, nullptr, wish, twins.data(), nullptr, &error_),
+            ASSERT_EQ(jostle_query_first(of.c, &given, nullptr, wish, twins.data(), nullptr, &error_),
                       JOSTLE_OK);
             for (std::size_t i = 0; i < n; ++i) {
                 EXPECT_EQ(twins[i].id, c_twin::to_c(hits[i].id));
@@ -729,7 +729,7 @@ class Stream
             *limit = std::min(*limit, double{into.stop});
             return std::int32_t{into.take(a, b, at)};
         };
-        ASSERT_EQ(jostle_world_closest_pairs(first.c, second.c, most, take, &c, &twins, &error_), JOSTLE_OK);
+        ASSERT_EQ(jostle_query_closest_pairs(first.c, second.c, most, take, &c, &twins, &error_), JOSTLE_OK);
         EXPECT_EQ(twins != 0, finished);
         EXPECT_EQ(c.pairs, cpp.pairs);
         EXPECT_EQ(c.at, cpp.at);
@@ -742,7 +742,7 @@ class Stream
         std::pmr::vector<jostle::Pair> pairs;
         world_.cpp->join(with_these, pairs, filters.cpp[0]);
         jostle_blocks found{};
-        ASSERT_EQ(jostle_world_join(world_.c, &given, filters.c.data(), results_, &error_), JOSTLE_OK);
+        ASSERT_EQ(jostle_query_join(world_.c, &given, filters.c.data(), results_, &error_), JOSTLE_OK);
         ASSERT_EQ(jostle_results_blocks(results_, &found, &error_), JOSTLE_OK);
         EXPECT_EQ(items_of<jostle::Pair>(found), Pairs(pairs.begin(), pairs.end()));
     }

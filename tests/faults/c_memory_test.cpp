@@ -113,7 +113,7 @@ class Sequence
         case 5:
             return jostle_index_build(index, nullptr, &boxes_.view, error);
         case 6:
-            return jostle_index_join(index, &boxes_.view, results, error);
+            return jostle_query_join(index, &boxes_.view, nullptr, results, error);
         case 7:
             return count(answers, error);
         case 8:

@@ -308,7 +308,7 @@ class Session
         jostle_queries queries{};
         queries.kind = JOSTLE_BOX;
         queries.values = {boxes.boxes.data(), boxes.boxes.size(), sizeof boxes.boxes[0]};
-        expect(jostle_index_all(as<jostle_index>(from), &queries, nullptr, nullptr, UINT64_MAX,
+        expect(jostle_query_all(as<void>(from), &queries, nullptr, nullptr, UINT64_MAX,
                                 as<jostle_results>(to), &error_),
                good, "asking an index");
         if (!good) return;

@@ -4,13 +4,6 @@ import { refuse } from "./error.js";
 import { Asked } from "./queries.js";
 import * as C from "./structs.js";
 
-const FUNCTIONS = {
-  first: "jostle_index_first",
-  all: "jostle_index_all",
-  visit: "jostle_index_visit",
-  any: "jostle_index_any",
-  count: "jostle_index_count",
-};
 const NONE = 2 ** 64; // what core.numbers makes of C's 2^64 - 1
 
 function narrow_one(ids) {
@@ -34,7 +27,7 @@ export class BoxIndex extends Owned {
     );
     this.dim = dim;
     this.type = type;
-    this.#asked = new Asked(this, FUNCTIONS, dim, type, {
+    this.#asked = new Asked(this, dim, type, {
       ids: narrow,
       one: narrow_one,
       none: NONE,
@@ -108,7 +101,7 @@ export class BoxIndex extends Owned {
     return core.with_results((results) => {
       const rows = core.rows(boxes, "boxes", 2 * this.dim, this.type);
       core.with_values([rows], this.dim, () =>
-        core.call("jostle_index_join", this.pointer, core.boxes(rows, this.dim), results),
+        core.call("jostle_query_join", this.pointer, core.boxes(rows, this.dim), 0, results),
       );
       return core.pairs_of_results(results);
     });

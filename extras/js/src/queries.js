@@ -164,11 +164,10 @@ export function query_filter(core, options, accept) {
   return filter;
 }
 
-/** What an index and a world answer alike: `names` are the functions' that do so. */
+/** What an index and a world answer alike. */
 export class Asked {
-  constructor(owner, names, dim, type, { ids, one, none }) {
+  constructor(owner, dim, type, { ids, one, none }) {
     this.owner = owner; // the index or world
-    this.names = names;
     this.dim = dim;
     this.type = type;
     this.narrow = ids; // from ids as core.numbers gives them to those that the caller sees
@@ -223,7 +222,7 @@ export class Asked {
       const hits = core.scratch.take(count * C.jostle_hit.sizeof);
       const details = this.#details(name, objects);
       const room = details === undefined ? 0 : core.scratch.take(count * details.size);
-      core.call(this.names.first, this.owner.pointer, at, objects, filter, hits, room);
+      core.call("jostle_query_first", this.owner.pointer, at, objects, filter, hits, room);
       const ids = core.numbers(hits + C.jostle_hit.id, count, C.jostle_hit.sizeof);
       const where = new Float64Array(count), data = core.data;
       for (let i = 0; i < count; ++i) {
@@ -245,7 +244,7 @@ export class Asked {
       maxResults === undefined || maxResults === Infinity ? ALL : BigInt(whole(maxResults, "maxResults"));
     const parts = this.ask("all", given, options, ({ at, name, none }, objects, filter) =>
       core.with_results((results) => {
-        core.call(this.names.all, this.owner.pointer, at, objects, filter, none ? 0n : most, results);
+        core.call("jostle_query_all", this.owner.pointer, at, objects, filter, none ? 0n : most, results);
         const lists = core.lists_of_results(results, !REGIONS.includes(name));
         const details = this.#details(name, objects);
         if (details === undefined) return lists;
@@ -283,7 +282,7 @@ export class Asked {
       try {
         const out = core.scratch.take(4);
         const visitor = core.module._jostle_js_visit_answer_pointer();
-        core.call(this.names.visit, this.owner.pointer, at, objects, filter, visitor, number, out);
+        core.call("jostle_query_visit", this.owner.pointer, at, objects, filter, visitor, number, out);
         return core.u32(out) !== 0;
       } finally {
         core.forget(number);
@@ -296,7 +295,7 @@ export class Asked {
     const core = this.owner.core;
     return joined(Uint8Array, this.ask("any", given, options, ({ at, count }, objects, filter) => {
       const any = core.scratch.take(count);
-      core.call(this.names.any, this.owner.pointer, at, objects, filter, any);
+      core.call("jostle_query_any", this.owner.pointer, at, objects, filter, any);
       return core.bytes.slice(any, any + count);
     }));
   }
@@ -305,7 +304,7 @@ export class Asked {
     const core = this.owner.core;
     return joined(Float64Array, this.ask("count", given, options, ({ at, count }, objects, filter) => {
       const counts = core.scratch.take(8 * count);
-      core.call(this.names.count, this.owner.pointer, at, objects, filter, counts);
+      core.call("jostle_query_count", this.owner.pointer, at, objects, filter, counts);
       return core.numbers(counts, count);
     }));
   }

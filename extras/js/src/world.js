@@ -4,13 +4,6 @@ import { refuse } from "./error.js";
 import { Asked, query_filter } from "./queries.js";
 import * as C from "./structs.js";
 
-const FUNCTIONS = {
-  first: "jostle_world_first",
-  all: "jostle_world_all",
-  visit: "jostle_world_visit",
-  any: "jostle_world_any",
-  count: "jostle_world_count",
-};
 const same = (ids) => ids;
 
 export const endReasons = Object.freeze(Object.values(C.jostle_end_reason));
@@ -47,7 +40,7 @@ export class World extends Owned {
     this.type = type;
     this.#accept = accept;
     this.#function = asked;
-    this.#asked = new Asked(this, FUNCTIONS, dim, type, { ids: same, one: same, none: 0 });
+    this.#asked = new Asked(this, dim, type, { ids: same, one: same, none: 0 });
   }
 
   dispose() {
@@ -313,7 +306,7 @@ export class World extends Owned {
         if (accept !== undefined && core.threads > 1) refuse("join with accept needs a module of one thread");
         core.with_values([rows], this.dim, () =>
           core.call(
-            "jostle_world_join",
+            "jostle_query_join",
             this.pointer,
             core.boxes(rows, this.dim),
             query_filter(core, options, accept),
@@ -402,7 +395,7 @@ export class World extends Owned {
     const core = this.core;
     return core.within(() => {
       const any = core.scratch.take(4), box = core.scratch.take(2 * this.dim * size_of(this.type));
-      core.call("jostle_world_bounds_of_all", this.pointer, any, box);
+      core.call("jostle_query_bounds", this.pointer, any, box);
       return core.u32(any) === 0 ? undefined : core.view(this.type, box, 2 * this.dim).slice();
     });
   }

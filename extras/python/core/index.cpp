@@ -11,9 +11,6 @@ namespace jostle_python {
 
 namespace {
 
-constexpr Verbs<jostle_index> of_index{jostle_index_any, jostle_index_count, jostle_index_first,
-                                       jostle_index_all, jostle_index_visit, jostle_index_closest_pairs};
-
 class BoxIndex
 {
   public:
@@ -82,7 +79,7 @@ class BoxIndex
 void define_index(py::module_& m)
 {
     auto index = define_class<BoxIndex>(m, "BoxIndex");
-    define_verbs<BoxIndex>(index, of_index);
+    define_verbs<BoxIndex>(index);
     index.def(py::init<jostle_space, std::uint32_t>())
         .def("build", [](BoxIndex& self, const std::optional<U32>& ids,
                          const Array& boxes) { self.change(ids, boxes, jostle_index_build); })
@@ -143,7 +140,7 @@ void define_index(py::module_& m)
                  const Users::Reading now(self.users);
                  const Users::Changing alone(self.joining); // it works in memory of the index's
                  self.memory.call([&](jostle_error* error) {
-                     return jostle_index_join(self.handle.get(), &given.view, results.get(), error);
+                     return jostle_query_join(self.handle.get(), &given.view, nullptr, results.get(), error);
                  });
                  return copy_pairs(results);
              })
@@ -161,7 +158,7 @@ void define_index(py::module_& m)
         .def("visit_closest_pairs", [](const BoxIndex& self, const BoxIndex* other, double max_distance,
                                        py::object visit, std::uint64_t chunk) {
             return self.read(other, [&](auto* index, auto* others) {
-                return of_index.closest_pairs(index, others, max_distance, std::move(visit), chunk, true);
+                return Verbs::closest_pairs(index, others, max_distance, std::move(visit), chunk, true);
             });
         });
 }

@@ -261,25 +261,9 @@ class Target
     std::optional<Objects> objects_;
 };
 
-/// The functions of an index or a world. `type` is that of the details that its answers have, if any.
-template <class Handle>
+/// What an index or a world answers. `type` is that of the details that its answers have, if any.
 struct Verbs
 {
-    using Out = jostle_error*;
-    jostle_status (*any_of)(const Handle*, const jostle_queries*, const jostle_objects*,
-                            const jostle_query_filter*, std::uint8_t*, Out);
-    jostle_status (*count_of)(const Handle*, const jostle_queries*, const jostle_objects*,
-                              const jostle_query_filter*, std::uint64_t*, Out);
-    jostle_status (*first_of)(const Handle*, const jostle_queries*, const jostle_objects*,
-                              const jostle_query_filter*, jostle_hit*, void*, Out);
-    jostle_status (*all_of)(const Handle*, const jostle_queries*, const jostle_objects*,
-                            const jostle_query_filter*, std::uint64_t, jostle_results*, Out);
-    jostle_status (*visit_of)(const Handle*, const jostle_queries*, const jostle_objects*,
-                              const jostle_query_filter*, jostle_visit_answer_function, void*, std::int32_t*,
-                              Out);
-    jostle_status (*closest_pairs_of)(const Handle*, const Handle*, double, jostle_visit_close_pair_function,
-                                      void*, std::int32_t*, Out);
-
     /// Calls ask(queries, filter, first, error) about some of the queries at a time.
     template <class F>
     static void in_parts(Queries& queries, AskFilter& filter, F&& ask)
@@ -290,27 +274,27 @@ struct Verbs
             return status == JOSTLE_OK ? ask(&some, filter.from(from, number), from, error) : status;
         });
     }
-    py::array any(const Handle* handle, Queries& queries, AskFilter& filter, const Target& target) const
+    static py::array any(const void* handle, Queries& queries, AskFilter& filter, const Target& target)
     {
         Packed<std::uint8_t> answers(static_cast<py::ssize_t>(queries.count()));
         std::uint8_t* const out = answers.mutable_data();
         in_parts(queries, filter, [&](auto* some, auto* wish, auto from, auto* error) {
-            return any_of(handle, some, target.get(), wish, out + from, error);
+            return jostle_query_any(handle, some, target.get(), wish, out + from, error);
         });
         return answers;
     }
-    py::array count(const Handle* handle, Queries& queries, AskFilter& filter, const Target& target) const
+    static py::array count(const void* handle, Queries& queries, AskFilter& filter, const Target& target)
     {
         Packed<std::uint64_t> answers(static_cast<py::ssize_t>(queries.count()));
         std::uint64_t* const out = answers.mutable_data();
         in_parts(queries, filter, [&](auto* some, auto* wish, auto from, auto* error) {
-            return count_of(handle, some, target.get(), wish, out + from, error);
+            return jostle_query_count(handle, some, target.get(), wish, out + from, error);
         });
         return answers;
     }
     /// Ids; where they are; details, or None.
-    py::tuple first(const Handle* handle, Queries& queries, AskFilter& filter, const Target& target,
-                    const std::optional<py::dtype>& type) const
+    static py::tuple first(const void* handle, Queries& queries, AskFilter& filter, const Target& target,
+                           const std::optional<py::dtype>& type)
     {
         const auto number = static_cast<py::ssize_t>(queries.count());
         std::vector<jostle_hit> hits(queries.count());
@@ -323,8 +307,8 @@ struct Verbs
             size = static_cast<std::uint64_t>(type->itemsize());
         }
         in_parts(queries, filter, [&](auto* some, auto* wish, auto from, auto* error) {
-            return first_of(handle, some, target.get(), wish, hits.data() + from,
-                            data == nullptr ? nullptr : data + from * size, error);
+            return jostle_query_first(handle, some, target.get(), wish, hits.data() + from,
+                                      data == nullptr ? nullptr : data + from * size, error);
         });
         Packed<std::uint64_t> ids(number);
         Packed<double> at(number);
@@ -334,14 +318,14 @@ struct Verbs
         }
         return py::make_tuple(ids, at, details ? py::object(*details) : py::object(py::none()));
     }
-    py::tuple all(const Handle* handle, Queries& queries, AskFilter& filter, const Target& target,
-                  std::uint64_t max_results, const std::optional<py::dtype>& type) const
+    static py::tuple all(const void* handle, Queries& queries, AskFilter& filter, const Target& target,
+                         std::uint64_t max_results, const std::optional<py::dtype>& type)
     {
         FoundLists found;
         if (queries.asks_for_none()) max_results = 0;
         in_parts(queries, filter, [&](auto* some, auto* wish, auto from, auto* error) {
             return found.add(from, error, [&](jostle_results* results) {
-                return all_of(handle, some, target.get(), wish, max_results, results, error);
+                return jostle_query_all(handle, some, target.get(), wish, max_results, results, error);
             });
         });
         const bool is_region = queries.kind() == JOSTLE_BOX || queries.kind() == JOSTLE_SPHERE ||
@@ -349,8 +333,8 @@ struct Verbs
         return found.joined(queries.count(), !is_region, type);
     }
     /// Whether the function never said stop.
-    bool visit(const Handle* handle, Queries& queries, AskFilter& filter, const Target& target,
-               py::object function, std::uint64_t chunk) const
+    static bool visit(const void* handle, Queries& queries, AskFilter& filter, const Target& target,
+                      py::object function, std::uint64_t chunk)
     {
         if (queries.count() != 1)
             refuse("there are " + std::to_string(queries.count()) + " queries: visit takes one");
@@ -360,65 +344,66 @@ struct Verbs
         call([&](jostle_error* error) { return queries.part_of(0, 1, all, error); });
         Visitor visitor(std::move(function), chunk, 1, false, filter.pending);
         return visitor.run([&](void* context, auto* finished, auto* error) {
-            return visit_of(handle, &all, target.get(), one, Visitor::take_answer, context, finished, error);
+            return jostle_query_visit(handle, &all, target.get(), one, Visitor::take_answer, context,
+                                      finished, error);
         });
     }
     /// The same. Ids are `narrow` where they fit into 32 bits.
-    bool closest_pairs(const Handle* handle, const Handle* other, double max_distance, py::object function,
-                       std::uint64_t chunk, bool narrow) const
+    static bool closest_pairs(const void* handle, const void* other, double max_distance, py::object function,
+                              std::uint64_t chunk, bool narrow)
     {
         Pending pending;
         Visitor visitor(std::move(function), chunk, 2, narrow, pending);
         return visitor.run([&](void* context, auto* finished, auto* error) {
-            return closest_pairs_of(handle, other, max_distance, Visitor::take_pair, context, finished,
-                                    error);
+            return jostle_query_closest_pairs(handle, other, max_distance, Visitor::take_pair, context,
+                                              finished, error);
         });
     }
 };
 
 /// Defines the verbs of a class that has `users`, `handle` and `space`.
-template <class Class, class Bound, class Handle>
-void define_verbs(Bound& bound, const Verbs<Handle>& verbs)
+template <class Class, class Bound>
+void define_verbs(Bound& bound)
 {
     // Looks on, so that nothing changes the object meanwhile.
     const auto asking = [](const Class& self, const Shapes* shapes, const Maybe& poses, auto&& ask) {
         const Users::Reading now(self.users);
         const Target target(shapes, poses, self.space);
-        return ask(static_cast<const Handle*>(self.handle.get()), target);
+        return ask(static_cast<const void*>(self.handle.get()), target);
     };
     bound
         .def("any",
              [=](const Class& self, Queries& queries, AskFilter& filter, const Shapes* shapes,
                  const Maybe& poses) {
-                 return asking(self, shapes, poses, [&](auto* handle, const Target& target) {
-                     return verbs.any(handle, queries, filter, target);
+                 return asking(self, shapes, poses, [&](const void* handle, const Target& target) {
+                     return Verbs::any(handle, queries, filter, target);
                  });
              })
         .def("count",
              [=](const Class& self, Queries& queries, AskFilter& filter, const Shapes* shapes,
                  const Maybe& poses) {
-                 return asking(self, shapes, poses, [&](auto* handle, const Target& target) {
-                     return verbs.count(handle, queries, filter, target);
+                 return asking(self, shapes, poses, [&](const void* handle, const Target& target) {
+                     return Verbs::count(handle, queries, filter, target);
                  });
              })
         .def("first",
              [=](const Class& self, Queries& queries, AskFilter& filter, const Shapes* shapes,
                  const Maybe& poses, const std::optional<py::dtype>& type) {
-                 return asking(self, shapes, poses, [&](auto* handle, const Target& target) {
-                     return verbs.first(handle, queries, filter, target, type);
+                 return asking(self, shapes, poses, [&](const void* handle, const Target& target) {
+                     return Verbs::first(handle, queries, filter, target, type);
                  });
              })
         .def("all",
              [=](const Class& self, Queries& queries, AskFilter& filter, const Shapes* shapes,
                  const Maybe& poses, std::uint64_t max_results, const std::optional<py::dtype>& type) {
-                 return asking(self, shapes, poses, [&](auto* handle, const Target& target) {
-                     return verbs.all(handle, queries, filter, target, max_results, type);
+                 return asking(self, shapes, poses, [&](const void* handle, const Target& target) {
+                     return Verbs::all(handle, queries, filter, target, max_results, type);
                  });
              })
         .def("visit", [=](const Class& self, Queries& queries, AskFilter& filter, const Shapes* shapes,
                           const Maybe& poses, py::object function, std::uint64_t chunk) {
-            return asking(self, shapes, poses, [&](auto* handle, const Target& target) {
-                return verbs.visit(handle, queries, filter, target, std::move(function), chunk);
+            return asking(self, shapes, poses, [&](const void* handle, const Target& target) {
+                return Verbs::visit(handle, queries, filter, target, std::move(function), chunk);
             });
         });
 }

@@ -13,9 +13,6 @@ namespace jostle_python {
 
 namespace {
 
-constexpr Verbs<jostle_world> of_world{jostle_world_any, jostle_world_count, jostle_world_first,
-                                       jostle_world_all, jostle_world_visit, jostle_world_closest_pairs};
-
 /// What one of the functions that save says.
 template <class Save, class Handle>
 py::bytes saved(const Save& save, Handle* of)
@@ -79,7 +76,7 @@ py::array join_one_by_one(World& self, const Boxes& boxes, AskFilter& filter)
             some.hi[d] = static_cast<const char*>(some.hi[d]) + skipped;
         }
         jostle_blocks pairs;
-        jostle_status status = jostle_world_join(self.handle.get(), &some, one, results.get(), error);
+        jostle_status status = jostle_query_join(self.handle.get(), &some, one, results.get(), error);
         if (status == JOSTLE_OK) status = jostle_results_blocks(results.get(), &pairs, error);
         if (status != JOSTLE_OK) return status;
         const std::size_t before = found.size();
@@ -292,9 +289,9 @@ void define_world(py::module_& m)
                  const Users::Reading now(self.users);
                  const Users::Reading others(other == nullptr ? self.users : other->users);
 
-                 return of_world.closest_pairs(self.handle.get(),
-                                               other == nullptr ? nullptr : other->handle.get(), max_distance,
-                                               std::move(visit), chunk, false);
+                 return Verbs::closest_pairs(self.handle.get(),
+                                             other == nullptr ? nullptr : other->handle.get(), max_distance,
+                                             std::move(visit), chunk, false);
              })
         .def("join",
              [](World& self, const Array& boxes, AskFilter& filter) {
@@ -306,7 +303,7 @@ void define_world(py::module_& m)
                  const Results results = new_results(self.memory->allocator());
                  self.memory->call(
                      [&](jostle_error* error) {
-                         return jostle_world_join(self.handle.get(), &given.view, one, results.get(), error);
+                         return jostle_query_join(self.handle.get(), &given.view, one, results.get(), error);
                      },
                      &filter.pending);
                  return copy_pairs(results);
@@ -380,7 +377,7 @@ void define_world(py::module_& m)
                  return py::str(static_cast<const char*>(bytes), count);
              })
         .def_readonly("accept", &World::accept);
-    define_verbs<World>(world, of_world);
+    define_verbs<World>(world);
     define_objects(world);
 }
 

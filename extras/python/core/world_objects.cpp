@@ -130,7 +130,7 @@ void define_objects(py::class_<World>& world)
                  void* const data = out.mutable_data();
                  std::int32_t any = 0;
                  call([&](jostle_error* error) {
-                     return jostle_world_bounds_of_all(self.handle.get(), &any, data, error);
+                     return jostle_query_bounds(self.handle.get(), &any, data, error);
                  });
                  return any != 0 ? py::object(out) : py::object(py::none());
              })

@@ -258,22 +258,6 @@ impl<A> std::ops::Index<usize> for Lists<A> {
     }
 }
 
-/// What is asked.
-#[derive(Clone, Copy)]
-pub(crate) enum Target {
-    World(*const ffi::jostle_world),
-    Index(*const ffi::jostle_index),
-}
-/// Calls the function of that name, of a world or an index.
-macro_rules! of_target {
-    ($target:expr, $world:ident, $index:ident, $($argument:expr),*) => {
-        match $target {
-            Target::World(world) => ffi::$world(world, $($argument),*),
-            Target::Index(index) => ffi::$index(index, $($argument),*),
-        }
-    };
-}
-
 /// Asks a [`World`](crate::World) or a [`BoxIndex`](crate::BoxIndex): first about whom, then one of the
 /// verbs.
 ///
@@ -294,7 +278,7 @@ macro_rules! of_target {
 /// ```
 #[derive(Clone, Copy)]
 pub struct Ask<'a, I, T, const D: usize> {
-    target: Target,
+    target: *const c_void, // a world or an index
     executor: Option<&'a Executor>,
     objects: [Values<'a>; 3], // category, mask, owner
     asker: ffi::jostle_asker,
@@ -315,7 +299,7 @@ unsafe extern "C" fn accept<I: Named>(context: *mut c_void, query: u32, id: u64)
 }
 
 impl<'a, I: Named, T: Coordinate<D>, const D: usize> Ask<'a, I, T, D> {
-    pub(crate) fn new(target: Target, executor: Option<&'a Executor>) -> Self {
+    pub(crate) fn new(target: *const c_void, executor: Option<&'a Executor>) -> Self {
         Ask {
             target,
             executor,
@@ -363,7 +347,7 @@ impl<'a, I: Named, T: Coordinate<D>, const D: usize> Ask<'a, I, T, D> {
     pub fn any(&self, query: &impl Overlap<T, D, I>) -> Result<bool, Error> {
         let mut any = 0;
         self.ask(std::slice::from_ref(query), 0, |target, queries, filter, error| unsafe {
-            of_target!(target, jostle_world_any, jostle_index_any, queries, null(), filter, &mut any, error)
+            ffi::jostle_query_any(target, queries, null(), filter, &mut any, error)
         })?;
         Ok(any != 0)
     }
@@ -375,7 +359,7 @@ impl<'a, I: Named, T: Coordinate<D>, const D: usize> Ask<'a, I, T, D> {
         let mut any = vec![0; queries.len()];
         let out = any.as_mut_ptr();
         self.ask(queries, 0, |target, queries, filter, error| unsafe {
-            of_target!(target, jostle_world_any, jostle_index_any, queries, null(), filter, out, error)
+            ffi::jostle_query_any(target, queries, null(), filter, out, error)
         })?;
         Ok(any.into_iter().map(|any| any != 0).collect())
     }
@@ -394,7 +378,7 @@ impl<'a, I: Named, T: Coordinate<D>, const D: usize> Ask<'a, I, T, D> {
         let mut counts = vec![0; queries.len()];
         let out = counts.as_mut_ptr();
         self.ask(queries, 0, |target, queries, filter, error| unsafe {
-            of_target!(target, jostle_world_count, jostle_index_count, queries, null(), filter, out, error)
+            ffi::jostle_query_count(target, queries, null(), filter, out, error)
         })?;
         Ok(counts)
     }
@@ -506,18 +490,7 @@ impl<'a, I: Named, T: Coordinate<D>, const D: usize> Ask<'a, I, T, D> {
         let context = &mut visit as *mut Visit<_, Q> as *mut c_void;
         let mut finished = 0;
         let result = self.ask(std::slice::from_ref(query), u32::MAX, |target, query, filter, error| unsafe {
-            of_target!(
-                target,
-                jostle_world_visit,
-                jostle_index_visit,
-                query,
-                null(),
-                filter,
-                function,
-                context,
-                &mut finished,
-                error
-            )
+            ffi::jostle_query_visit(target, query, null(), filter, function, context, &mut finished, error)
         });
         visit.caught.resume();
         result?;
@@ -526,33 +499,13 @@ impl<'a, I: Named, T: Coordinate<D>, const D: usize> Ask<'a, I, T, D> {
 
     fn hits<Q: Query<T, D, I>>(&self, queries: &[Q], hits: &mut [ffi::jostle_hit]) -> Result<(), Error> {
         self.ask(queries, 0, |target, queries, filter, error| unsafe {
-            of_target!(
-                target,
-                jostle_world_first,
-                jostle_index_first,
-                queries,
-                null(),
-                filter,
-                hits.as_mut_ptr(),
-                null_mut(),
-                error
-            )
+            ffi::jostle_query_first(target, queries, null(), filter, hits.as_mut_ptr(), null_mut(), error)
         })
     }
     fn lists<Q: Query<T, D, I>>(&self, queries: &[Q], nearest: u32) -> Result<Lists<(I, f64)>, Error> {
         let results = Results::new();
         self.ask(queries, nearest, |target, queries, filter, error| unsafe {
-            of_target!(
-                target,
-                jostle_world_all,
-                jostle_index_all,
-                queries,
-                null(),
-                filter,
-                self.at_most,
-                results.raw(),
-                error
-            )
+            ffi::jostle_query_all(target, queries, null(), filter, self.at_most, results.raw(), error)
         })?;
         let mut raw = std::mem::MaybeUninit::uninit();
         must(|error| unsafe { ffi::jostle_results_lists(results.raw(), raw.as_mut_ptr(), error) });
@@ -574,7 +527,7 @@ impl<'a, I: Named, T: Coordinate<D>, const D: usize> Ask<'a, I, T, D> {
         queries: &[Q],
         nearest: u32,
         inside: impl FnOnce(
-            Target,
+            *const c_void,
             *const ffi::jostle_queries,
             *const ffi::jostle_query_filter,
             *mut ffi::jostle_error,

@@ -250,7 +250,7 @@ pub type jostle_neighbor_sink_function = Option<unsafe extern "C" fn(context: *m
 /// 1: the object may be an answer to the query of this number. 0: not.
 pub type jostle_accept_answer_function = Option<unsafe extern "C" fn(context: *mut c_void, query: u32, id: u64) -> i32>;
 
-/// Takes an answer; `details` as of jostle_index_first, or NULL. 1: go on. 0: stop. Called on the calling
+/// Takes an answer; `details` as of jostle_query_first, or NULL. 1: go on. 0: stop. Called on the calling
 /// thread. Where answers have an order, nothing further than *bound, in the units of `at`, comes from then
 /// on: it may be made less. Else `at` is 0 and `bound` NULL. May ask the same index or world.
 pub type jostle_visit_answer_function = Option<unsafe extern "C" fn(context: *mut c_void, id: u64, at: f64, details: *const c_void, bound: *mut f64) -> i32>;
@@ -1143,6 +1143,46 @@ extern "C" {
     pub fn jostle_neighbor_finder_stream(finder: *mut jostle_neighbor_finder, query: *const jostle_neighbor_query, rows: u64, sink: jostle_neighbor_sink_function, context: *mut c_void, finished: *mut i32, error: *mut jostle_error) -> jostle_status;
     /// Gives working memory back, the list and what a skin keeps included.
     pub fn jostle_neighbor_finder_release_memory(finder: *mut jostle_neighbor_finder, error: *mut jostle_error) -> jostle_status;
+    /// The least box around all, in a world around the bounds of all that aren't disabled: 2 dim numbers. `any`
+    /// becomes 0 where there are none, else 1.
+    #[cfg(feature = "world")]
+    pub fn jostle_query_bounds(handle: *const c_void, any: *mut i32, r#box: *mut c_void, error: *mut jostle_error) -> jostle_status;
+    /// Whether there is any answer, 1 or 0: any\[i].
+    #[cfg(feature = "world")]
+    pub fn jostle_query_any(handle: *const c_void, queries: *const jostle_queries, objects: *const jostle_objects, filter: *const jostle_query_filter, any: *mut u8, error: *mut jostle_error) -> jostle_status;
+    /// How many there are: counts\[i].
+    #[cfg(feature = "world")]
+    pub fn jostle_query_count(handle: *const c_void, queries: *const jostle_queries, objects: *const jostle_objects, filter: *const jostle_query_filter, counts: *mut u64, error: *mut jostle_error) -> jostle_status;
+    /// What each query meets first, or is nearest to: hits\[i]. `details` may be NULL; of boxes it isn't used, of
+    /// shapes details\[i] becomes a jostle_cast_hit_... of the space or, nearest to a shape, what
+    /// jostle_contact_finder_distances gives, the asker being a. Its fraction, or distance, is infinite where
+    /// there is nothing.
+    #[cfg(feature = "world")]
+    pub fn jostle_query_first(handle: *const c_void, queries: *const jostle_queries, objects: *const jostle_objects, filter: *const jostle_query_filter, hits: *mut jostle_hit, details: *mut c_void, error: *mut jostle_error) -> jostle_status;
+    /// All answers, along rays and sweeps and near something ascending by (at, id), else by id; no more than
+    /// max_results each: UINT64_MAX for all. The results have lists and, of casts and the nearest among shapes,
+    /// the details of all lists as blocks.
+    #[cfg(feature = "world")]
+    pub fn jostle_query_all(handle: *const c_void, queries: *const jostle_queries, objects: *const jostle_objects, filter: *const jostle_query_filter, max_results: u64, results: *mut jostle_results, error: *mut jostle_error) -> jostle_status;
+    /// Hands the answers to one query to `visit`, each once, as they are found, in the order of jostle_query_all;
+    /// those of regions in an order of its own. `finished` becomes 0 if it stopped that, else 1.
+    #[cfg(feature = "world")]
+    pub fn jostle_query_visit(handle: *const c_void, query: *const jostle_queries, objects: *const jostle_objects, filter: *const jostle_query_filter, visit: jostle_visit_answer_function, context: *mut c_void, finished: *mut i32, error: *mut jostle_error) -> jostle_status;
+    /// The definition that answers go back to: for each query of boxes, all but JOSTLE_POSED_SHAPE and its like,
+    /// whether this box answers it, 1 or 0, and its jostle_hit::at, 0 for regions. `box`: 2 dim numbers.
+    #[cfg(feature = "world")]
+    pub fn jostle_box_answers(space: jostle_space, queries: *const jostle_queries, r#box: *const c_void, answers: *mut u8, at: *mut f64, error: *mut jostle_error) -> jostle_status;
+    /// All pairs of one of `boxes` and an object whose box it touches, ascending by (a, b): a is the position in
+    /// `boxes`, b the object's id in an index, or its index in a world. One call at a time. `filter` may be NULL.
+    #[cfg(feature = "world")]
+    pub fn jostle_query_join(handle: *const c_void, boxes: *const jostle_boxes, filter: *const jostle_query_filter, results: *mut jostle_results, error: *mut jostle_error) -> jostle_status;
+    /// Hands over the pairs of objects no further apart than max_distance (it may be infinite): of two of this
+    /// structure's if `other` is NULL or the same, else of one of this and one of the other of its kind. First
+    /// come those at distance 0, then the others ascending by (at, a, b). In one world, pairs whose filters forbid
+    /// them are left out, and pairs that touch and that `accept` refused; about pairs apart it hasn't been asked.
+    /// `finished` becomes 0 if `visit` stopped that, else 1.
+    #[cfg(feature = "world")]
+    pub fn jostle_query_closest_pairs(handle: *const c_void, other: *const c_void, max_distance: f64, visit: jostle_visit_close_pair_function, context: *mut c_void, finished: *mut i32, error: *mut jostle_error) -> jostle_status;
     /// `options` may be NULL.
     #[cfg(feature = "world")]
     pub fn jostle_index_new(space: jostle_space, options: *const jostle_options, out: *mut *mut jostle_index, error: *mut jostle_error) -> jostle_status;
@@ -1170,49 +1210,13 @@ extern "C" {
     /// The boxes of objects that are in the index: 2 dim numbers each.
     #[cfg(feature = "world")]
     pub fn jostle_index_boxes(index: *const jostle_index, ids: *const u32, count: u64, boxes: *mut c_void, error: *mut jostle_error) -> jostle_status;
-    /// The least box around all, 2 dim numbers; `any` becomes 0 where there are none, else 1.
-    #[cfg(feature = "world")]
-    pub fn jostle_index_bounds(index: *const jostle_index, any: *mut i32, r#box: *mut c_void, error: *mut jostle_error) -> jostle_status;
     #[cfg(feature = "world")]
     pub fn jostle_index_stats_read(index: *const jostle_index, stats: *mut jostle_index_stats, error: *mut jostle_error) -> jostle_status;
-    /// All pairs of one of `boxes` and an object whose box it touches, ascending by (a, b): a is the position in
-    /// `boxes`, b the object's id. One call at a time.
-    #[cfg(feature = "world")]
-    pub fn jostle_index_join(index: *mut jostle_index, boxes: *const jostle_boxes, results: *mut jostle_results, error: *mut jostle_error) -> jostle_status;
-    /// Whether there is any answer, 1 or 0: any\[i].
-    #[cfg(feature = "world")]
-    pub fn jostle_index_any(index: *const jostle_index, queries: *const jostle_queries, objects: *const jostle_objects, filter: *const jostle_query_filter, any: *mut u8, error: *mut jostle_error) -> jostle_status;
-    /// How many there are: counts\[i].
-    #[cfg(feature = "world")]
-    pub fn jostle_index_count(index: *const jostle_index, queries: *const jostle_queries, objects: *const jostle_objects, filter: *const jostle_query_filter, counts: *mut u64, error: *mut jostle_error) -> jostle_status;
-    /// What each query meets first, or is nearest to: hits\[i]. `details` may be NULL; of boxes it isn't used, of
-    /// shapes details\[i] becomes a jostle_cast_hit_... of the space or, nearest to a shape, what
-    /// jostle_contact_finder_distances gives, the asker being a. Its fraction, or distance, is infinite where
-    /// there is nothing.
-    #[cfg(feature = "world")]
-    pub fn jostle_index_first(index: *const jostle_index, queries: *const jostle_queries, objects: *const jostle_objects, filter: *const jostle_query_filter, hits: *mut jostle_hit, details: *mut c_void, error: *mut jostle_error) -> jostle_status;
-    /// All answers, along rays and sweeps and near something ascending by (at, id), else by id; no more than
-    /// max_results each: UINT64_MAX for all. The results have lists and, of casts and the nearest among shapes,
-    /// the details of all lists as blocks.
-    #[cfg(feature = "world")]
-    pub fn jostle_index_all(index: *const jostle_index, queries: *const jostle_queries, objects: *const jostle_objects, filter: *const jostle_query_filter, max_results: u64, results: *mut jostle_results, error: *mut jostle_error) -> jostle_status;
-    /// Hands the answers to one query to `visit`, each once, as they are found, in the order of jostle_index_all;
-    /// those of regions in an order of the index's own. `finished` becomes 0 if it stopped that, else 1.
-    #[cfg(feature = "world")]
-    pub fn jostle_index_visit(index: *const jostle_index, query: *const jostle_queries, objects: *const jostle_objects, filter: *const jostle_query_filter, visit: jostle_visit_answer_function, context: *mut c_void, finished: *mut i32, error: *mut jostle_error) -> jostle_status;
-    /// The definition that answers go back to: for each query of boxes, all but JOSTLE_POSED_SHAPE and its like,
-    /// whether this box answers it, 1 or 0, and its jostle_hit::at, 0 for regions. `box`: 2 dim numbers.
-    #[cfg(feature = "world")]
-    pub fn jostle_box_answers(space: jostle_space, queries: *const jostle_queries, r#box: *const c_void, answers: *mut u8, at: *mut f64, error: *mut jostle_error) -> jostle_status;
     /// Hands over the pairs of objects whose boxes touch: of two of this index if `other` is NULL or this index,
     /// else of one of this and one of the other, in an order of the indexes' own. `at` is 0, and `bound` NULL.
     /// `finished` becomes 0 if `visit` stopped that, else 1.
     #[cfg(feature = "world")]
     pub fn jostle_index_pairs(index: *const jostle_index, other: *const jostle_index, visit: jostle_visit_close_pair_function, context: *mut c_void, finished: *mut i32, error: *mut jostle_error) -> jostle_status;
-    /// The same of those no further apart than max_distance (it may be infinite): first those at distance 0, then
-    /// the others ascending by (at, a, b).
-    #[cfg(feature = "world")]
-    pub fn jostle_index_closest_pairs(index: *const jostle_index, other: *const jostle_index, max_distance: f64, visit: jostle_visit_close_pair_function, context: *mut c_void, finished: *mut i32, error: *mut jostle_error) -> jostle_status;
     /// `options` may be NULL.
     #[cfg(feature = "world")]
     pub fn jostle_world_new(space: jostle_space, options: *const jostle_world_options, out: *mut *mut jostle_world, error: *mut jostle_error) -> jostle_status;
@@ -1282,25 +1286,6 @@ extern "C" {
     #[cfg(feature = "world")]
     pub fn jostle_world_visit_pairs(world: *const jostle_world, visit: jostle_visit_pair_function, context: *mut c_void, finished: *mut i32, error: *mut jostle_error) -> jostle_status;
     #[cfg(feature = "world")]
-    pub fn jostle_world_any(world: *const jostle_world, queries: *const jostle_queries, objects: *const jostle_objects, filter: *const jostle_query_filter, any: *mut u8, error: *mut jostle_error) -> jostle_status;
-    #[cfg(feature = "world")]
-    pub fn jostle_world_count(world: *const jostle_world, queries: *const jostle_queries, objects: *const jostle_objects, filter: *const jostle_query_filter, counts: *mut u64, error: *mut jostle_error) -> jostle_status;
-    #[cfg(feature = "world")]
-    pub fn jostle_world_first(world: *const jostle_world, queries: *const jostle_queries, objects: *const jostle_objects, filter: *const jostle_query_filter, hits: *mut jostle_hit, details: *mut c_void, error: *mut jostle_error) -> jostle_status;
-    #[cfg(feature = "world")]
-    pub fn jostle_world_all(world: *const jostle_world, queries: *const jostle_queries, objects: *const jostle_objects, filter: *const jostle_query_filter, max_results: u64, results: *mut jostle_results, error: *mut jostle_error) -> jostle_status;
-    #[cfg(feature = "world")]
-    pub fn jostle_world_visit(world: *const jostle_world, query: *const jostle_queries, objects: *const jostle_objects, filter: *const jostle_query_filter, visit: jostle_visit_answer_function, context: *mut c_void, finished: *mut i32, error: *mut jostle_error) -> jostle_status;
-    /// As jostle_index_closest_pairs: of two objects of this world whose filters let them pair if `other` is
-    /// NULL or this world, else of one of this and one of the other world. Pairs of this world that touch and
-    /// that `accept` refused are left out; about pairs apart it hasn't been asked.
-    #[cfg(feature = "world")]
-    pub fn jostle_world_closest_pairs(world: *const jostle_world, other: *const jostle_world, max_distance: f64, visit: jostle_visit_close_pair_function, context: *mut c_void, finished: *mut i32, error: *mut jostle_error) -> jostle_status;
-    /// All pairs of one of `boxes` and an object that it touches, ascending by (a, b): a is the position in
-    /// `boxes`, b the object's index. One call at a time.
-    #[cfg(feature = "world")]
-    pub fn jostle_world_join(world: *mut jostle_world, boxes: *const jostle_boxes, filter: *const jostle_query_filter, results: *mut jostle_results, error: *mut jostle_error) -> jostle_status;
-    #[cfg(feature = "world")]
     pub fn jostle_world_size(world: *const jostle_world, size: *mut u64, error: *mut jostle_error) -> jostle_status;
     /// Every index is less than this.
     #[cfg(feature = "world")]
@@ -1316,10 +1301,6 @@ extern "C" {
     /// As they are compared, margins and displacements included.
     #[cfg(feature = "world")]
     pub fn jostle_world_bounds(world: *const jostle_world, ids: *const jostle_id, count: u64, boxes: *mut c_void, error: *mut jostle_error) -> jostle_status;
-    /// The least box around the bounds of all that aren't disabled, 2 dim numbers; `any` becomes 0 where there
-    /// are none, else 1.
-    #[cfg(feature = "world")]
-    pub fn jostle_world_bounds_of_all(world: *const jostle_world, any: *mut i32, r#box: *mut c_void, error: *mut jostle_error) -> jostle_status;
     #[cfg(feature = "world")]
     pub fn jostle_world_filters(world: *const jostle_world, ids: *const jostle_id, count: u64, filters: *mut jostle_object_filter, error: *mut jostle_error) -> jostle_status;
     #[cfg(feature = "world")]

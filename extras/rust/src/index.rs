@@ -3,7 +3,7 @@ use std::marker::PhantomData;
 use std::mem::MaybeUninit;
 use std::ptr::{null, null_mut};
 
-use crate::ask::{Ask, Target};
+use crate::ask::Ask;
 use crate::boxes::{as_many, Aabb, Boxes, Coordinate};
 use crate::error::{call, must, Error};
 use crate::executor::{options, Executor};
@@ -104,12 +104,14 @@ impl<T: Coordinate<D>, const D: usize> BoxIndex<T, D> {
     pub fn join<'b>(&mut self, boxes: impl Into<Boxes<'b, T, D>>) -> Result<Vec<Pair>, Error> {
         let (handle, boxes) = (self.handle, boxes.into());
         let results = Results::new();
-        self.change(|error| unsafe { ffi::jostle_index_join(handle, &boxes.raw, results.raw(), error) })?;
+        self.change(|error| unsafe {
+            ffi::jostle_query_join(handle.cast(), &boxes.raw, null(), results.raw(), error)
+        })?;
         Ok(results.pairs().to_vec())
     }
     /// Rays, overlaps, what is near: see [`Ask`].
     pub fn ask(&self) -> Ask<'_, u32, T, D> {
-        Ask::new(Target::Index(self.handle), self.executor.as_ref())
+        Ask::new(self.handle.cast(), self.executor.as_ref())
     }
     /// How many boxes there are.
     pub fn len(&self) -> usize {

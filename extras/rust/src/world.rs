@@ -5,7 +5,7 @@ use std::mem::{size_of, MaybeUninit};
 use std::ptr::{null, null_mut};
 use std::sync::Arc;
 
-use crate::ask::{Ask, Id, Named, Target};
+use crate::ask::{Ask, Id, Named};
 use crate::boxes::{as_many, Aabb, Boxes, Coordinate};
 use crate::error::{call, must, Caught, Error};
 use crate::executor::{options, Executor};
@@ -532,7 +532,7 @@ impl<T: Coordinate<D>, const D: usize> World<T, D> {
 
     /// Rays, overlaps, what is near: see [`Ask`].
     pub fn ask(&self) -> Ask<'_, Id, T, D> {
-        Ask::new(Target::World(self.handle), self.executor.as_ref())
+        Ask::new(self.handle.cast(), self.executor.as_ref())
     }
     /// All pairs of one of these boxes and an object that it touches, ascending: `a` is the position among
     /// the boxes, `b` the object's index.
@@ -544,7 +544,7 @@ impl<T: Coordinate<D>, const D: usize> World<T, D> {
         let results = Results::new();
         let handle = self.handle;
         self.change(|error| unsafe {
-            ffi::jostle_world_join(handle, &boxes.raw, null(), results.raw(), error)
+            ffi::jostle_query_join(handle.cast(), &boxes.raw, null(), results.raw(), error)
         })?;
         Ok(results.pairs().to_vec())
     }
