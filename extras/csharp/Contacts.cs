@@ -329,7 +329,7 @@ namespace Jostle
             {
                 ulong size;
                 Native.jostle_error error;
-                JostleException.Check(Native.jostle_shapes_size(handle, &size, &error), &error);
+                JostleException.Check(Native.jostle_size(handle, &size, &error), &error);
                 return (long)size;
             }
         }
@@ -357,7 +357,7 @@ namespace Jostle
         public void Clear()
         {
             Native.jostle_error error;
-            JostleException.Check(Native.jostle_shapes_clear(handle, &error), &error);
+            JostleException.Check(Native.jostle_clear(handle, &error), &error);
         }
 
         internal IntPtr Hold(ref bool held)

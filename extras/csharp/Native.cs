@@ -953,6 +953,12 @@ namespace Jostle
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_free(void* handle, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
+        public static extern Status jostle_size(Handle handle, ulong* size, jostle_error* error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
+        public static extern Status jostle_clear(Handle handle, jostle_error* error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
+        public static extern Status jostle_release_memory(Handle handle, jostle_error* error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_executor_serial(out ExecutorHandle @out, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_executor_default(uint threads, out ExecutorHandle @out,
@@ -1010,9 +1016,6 @@ namespace Jostle
         public static extern Status jostle_finder_stats(FinderHandle finder, jostle_stats* stats,
             jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_finder_release_memory(FinderHandle finder,
-            jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_find_pairs(Space space, jostle_boxes* a, jostle_boxes* b,
             jostle_filter* filter, Order order, jostle_options* options, ResultsHandle results,
             jostle_error* error);
@@ -1043,9 +1046,6 @@ namespace Jostle
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_neighbor_finder_stream(NeighborFinderHandle finder,
             jostle_neighbor_query* query, ulong rows, IntPtr sink, void* context, int* finished,
-            jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_neighbor_finder_release_memory(NeighborFinderHandle finder,
             jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_query_bounds(Handle handle, int* any, void* box,
@@ -1091,13 +1091,6 @@ namespace Jostle
             jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_index_move(IndexHandle index, uint* ids, jostle_boxes* boxes,
-            jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_index_clear(IndexHandle index, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_index_release_memory(IndexHandle index, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_index_size(IndexHandle index, ulong* size,
             jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_index_contains(IndexHandle index, uint* ids, ulong count,
@@ -1173,9 +1166,6 @@ namespace Jostle
         public static extern Status jostle_world_visit_pairs(WorldHandle world, IntPtr visit,
             void* context, int* finished, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_world_size(WorldHandle world, ulong* size,
-            jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_world_index_end(WorldHandle world, uint* end,
             jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
@@ -1211,8 +1201,6 @@ namespace Jostle
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_world_restore_changes(WorldHandle world, void* changes,
             ulong size, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_world_clear(WorldHandle world, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_world_restore(WorldHandle world, void* snapshot, ulong size,
             jostle_error* error);
@@ -1299,11 +1287,6 @@ namespace Jostle
             ulong* count, jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_shapes_new(int dim, out ShapesHandle @out,
-            jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_shapes_clear(ShapesHandle shapes, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_shapes_size(ShapesHandle shapes, ulong* size,
             jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_shapes_add(ShapesHandle shapes, ShapeHandle shape, ulong count,
@@ -1424,9 +1407,6 @@ namespace Jostle
         public static extern Status jostle_surface_finder_crossings(SurfaceFinderHandle finder,
             SurfaceHandle surface, void* positions, ulong count, jostle_surface_options* options,
             jostle_blocks* crossings, jostle_error* error);
-        [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
-        public static extern Status jostle_surface_finder_release_memory(SurfaceFinderHandle finder,
-            jostle_error* error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl), SuppressUnmanagedCodeSecurity]
         public static extern Status jostle_part_impacts(PartKind kind, double* from, double* to,
             ulong count, double distance, double tolerance, double* times, jostle_error* error);

@@ -106,7 +106,7 @@ namespace Jostle
             try
             {
                 Native.jostle_error error;
-                JostleException.Check(Native.jostle_finder_release_memory(handle, &error), &error);
+                JostleException.Check(Native.jostle_release_memory(handle, &error), &error);
             }
             finally
             {

@@ -350,7 +350,7 @@ namespace Jostle
             {
                 ulong size;
                 Native.jostle_error error;
-                JostleException.Check(Native.jostle_world_size(handle, &size, &error), &error);
+                JostleException.Check(Native.jostle_size(handle, &size, &error), &error);
                 return (long)size;
             }
         }

@@ -323,6 +323,14 @@ JOSTLE_C_API jostle_status jostle_instruction_set_name(jostle_instruction_set se
 
 /// Gives back a handle of any kind, or does nothing with NULL.
 JOSTLE_C_API jostle_status jostle_free(void* handle, jostle_error* error);
+/// How many objects an index or a world has, in a world as of the last update or jostle_world_apply; or how
+/// many shapes a jostle_shapes has.
+JOSTLE_C_API jostle_status jostle_size(const void* handle, uint64_t* size, jostle_error* error);
+/// Makes an index, a world or a jostle_shapes empty: a world becomes what it was when it was made.
+JOSTLE_C_API jostle_status jostle_clear(void* handle, jostle_error* error);
+/// Gives back the working memory of a jostle_finder, jostle_neighbor_finder, jostle_surface_finder or
+/// jostle_index: what their last call handed out is gone, and so is what a neighbor finder's skin keeps.
+JOSTLE_C_API jostle_status jostle_release_memory(void* handle, jostle_error* error);
 
 // ---------------------------------------------------------------------------------------------------------
 // Threads and memory: executor.hpp
@@ -507,7 +515,6 @@ JOSTLE_C_API jostle_status jostle_finder_stream(jostle_finder* finder, jostle_sp
                                                 void* context, int32_t* finished, jostle_error* error);
 JOSTLE_C_API jostle_status jostle_finder_stats(const jostle_finder* finder, jostle_stats* stats,
                                                jostle_error* error);
-JOSTLE_C_API jostle_status jostle_finder_release_memory(jostle_finder* finder, jostle_error* error);
 
 /// Once, without a finder. `b`, `filter` and `options` may be NULL.
 JOSTLE_C_API jostle_status jostle_find_pairs(jostle_space space, const jostle_boxes* a, const jostle_boxes* b,
@@ -621,9 +628,6 @@ JOSTLE_C_API jostle_status jostle_neighbor_finder_stream(jostle_neighbor_finder*
                                                          const jostle_neighbor_query* query, uint64_t rows,
                                                          jostle_neighbor_sink_function sink, void* context,
                                                          int32_t* finished, jostle_error* error);
-/// Gives working memory back, the list and what a skin keeps included.
-JOSTLE_C_API jostle_status jostle_neighbor_finder_release_memory(jostle_neighbor_finder* finder,
-                                                                 jostle_error* error);
 
 // ---------------------------------------------------------------------------------------------------------
 // Queries: about the boxes in an index or a world, and the shapes in them (queries.hpp, shape_query.hpp)
@@ -756,9 +760,6 @@ JOSTLE_C_API jostle_status jostle_index_erase(jostle_index* index, const uint32_
                                               jostle_error* error);
 JOSTLE_C_API jostle_status jostle_index_move(jostle_index* index, const uint32_t* ids,
                                              const jostle_boxes* boxes, jostle_error* error);
-JOSTLE_C_API jostle_status jostle_index_clear(jostle_index* index, jostle_error* error);
-JOSTLE_C_API jostle_status jostle_index_release_memory(jostle_index* index, jostle_error* error);
-JOSTLE_C_API jostle_status jostle_index_size(const jostle_index* index, uint64_t* size, jostle_error* error);
 /// contains[i] becomes 1 if ids[i] is in the index, else 0.
 JOSTLE_C_API jostle_status jostle_index_contains(const jostle_index* index, const uint32_t* ids,
                                                  uint64_t count, uint8_t* contains, jostle_error* error);
@@ -944,7 +945,6 @@ JOSTLE_C_API jostle_status jostle_world_visit_pairs(const jostle_world* world,
 
 // The objects, as of the last update or jostle_world_apply.
 
-JOSTLE_C_API jostle_status jostle_world_size(const jostle_world* world, uint64_t* size, jostle_error* error);
 /// Every index is less than this.
 JOSTLE_C_API jostle_status jostle_world_index_end(const jostle_world* world, uint32_t* end,
                                                   jostle_error* error);
@@ -980,8 +980,6 @@ JOSTLE_C_API jostle_status jostle_world_save_changes(jostle_world* world, jostle
 /// Becomes the world whose changes these are, of the same base.
 JOSTLE_C_API jostle_status jostle_world_restore_changes(jostle_world* world, const void* changes,
                                                         uint64_t size, jostle_error* error);
-/// Becomes a world without objects, as it was when it was made.
-JOSTLE_C_API jostle_status jostle_world_clear(jostle_world* world, jostle_error* error);
 /// Becomes the world that was saved.
 JOSTLE_C_API jostle_status jostle_world_restore(jostle_world* world, const void* snapshot, uint64_t size,
                                                 jostle_error* error);
@@ -989,7 +987,7 @@ JOSTLE_C_API jostle_status jostle_world_restore(jostle_world* world, const void*
 JOSTLE_C_API jostle_status jostle_world_fork(const jostle_world* world, jostle_world** out,
                                              jostle_error* error);
 /// Becomes a view of another world of the same space, to be asked while that one is updated. Commands and
-/// updates of a view fail, until jostle_world_clear() or jostle_world_restore() makes it a world again.
+/// updates of a view fail, until jostle_clear() or jostle_world_restore() makes it a world again.
 JOSTLE_C_API jostle_status jostle_world_follow(jostle_world* world, const jostle_world* other,
                                                jostle_error* error);
 
@@ -1107,9 +1105,6 @@ JOSTLE_C_API jostle_status jostle_shape_face(const jostle_shape* shape, uint64_t
 
 /// A list with one shape per object. It may be read by several threads, and changed by one.
 JOSTLE_C_API jostle_status jostle_shapes_new(int32_t dim, jostle_shapes** out, jostle_error* error);
-JOSTLE_C_API jostle_status jostle_shapes_clear(jostle_shapes* shapes, jostle_error* error);
-JOSTLE_C_API jostle_status jostle_shapes_size(const jostle_shapes* shapes, uint64_t* size,
-                                              jostle_error* error);
 /// Appends the same shape for `count` objects.
 JOSTLE_C_API jostle_status jostle_shapes_add(jostle_shapes* shapes, const jostle_shape* shape, uint64_t count,
                                              jostle_error* error);
@@ -1490,8 +1485,6 @@ JOSTLE_C_API jostle_status jostle_surface_finder_crossings(jostle_surface_finder
                                                            const void* positions, uint64_t count,
                                                            const jostle_surface_options* options,
                                                            jostle_blocks* crossings, jostle_error* error);
-JOSTLE_C_API jostle_status jostle_surface_finder_release_memory(jostle_surface_finder* finder,
-                                                                jostle_error* error);
 
 /// Many pairs of a broad phase of one's own: `count` times four vertices, 12 numbers, at rest or where they
 /// move from and to. times[i] is that of vertex_triangle_impact or edge_edge_impact, INFINITY where there is

@@ -196,6 +196,31 @@ jostle_status jostle_free(void* handle, jostle_error* error)
 {
     return guarded(error, [&] { release(handle); });
 }
+jostle_status jostle_clear(void* handle, jostle_error* error)
+{
+    return guarded(error, [&] {
+        const Handle& opened = open_any(handle);
+        if (!opened.content->clear())
+            refuse(std::string("a ") + opened.name + " can't be cleared", JOSTLE_BAD_HANDLE);
+    });
+}
+jostle_status jostle_release_memory(void* handle, jostle_error* error)
+{
+    return guarded(error, [&] {
+        const Handle& opened = open_any(handle);
+        if (!opened.content->release_memory())
+            refuse(std::string("a ") + opened.name + " has no memory to release", JOSTLE_BAD_HANDLE);
+    });
+}
+jostle_status jostle_size(const void* handle, uint64_t* size, jostle_error* error)
+{
+    return guarded(error, [&] {
+        const Handle& opened = open_any(handle);
+        const std::optional<std::uint64_t> found = opened.content->size();
+        if (!found) refuse(std::string("a ") + opened.name + " has no size", JOSTLE_BAD_HANDLE);
+        wanted(size, "size") = *found;
+    });
+}
 
 jostle_status jostle_instruction_set_name(jostle_instruction_set set, const char** out, jostle_error* error)
 {

@@ -142,6 +142,20 @@ void refuse_in_callback(const void* handle, const char* name, const char* verb)
                " it afterwards");
 }
 
+const Handle& open_any(const void* handle)
+{
+    if (handle == nullptr) refuse("the handle is NULL");
+    const Handle& there = handle_there(handle, "handle");
+    if (Call* const call = Call::of_this_thread()) call->opens(handle);
+    return there;
+}
+const Handle& open_any(void* handle)
+{
+    const Handle& there = open_any(static_cast<const void*>(handle));
+    if (!there.changes_in_callbacks) refuse_in_callback(handle, there.name, "change");
+    return there;
+}
+
 void release(void* handle)
 {
     if (handle == nullptr) return;

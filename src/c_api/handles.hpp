@@ -7,6 +7,7 @@
 #include <initializer_list>
 #include <memory>
 #include <memory_resource>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -216,6 +217,11 @@ class Content
     Content(const Content&) = delete;
     Content& operator=(const Content&) = delete;
     virtual ~Content();
+
+    // What C has one function for. Kinds without it say so by false, or nothing.
+    virtual bool clear() { return false; }
+    virtual bool release_memory() { return false; }
+    [[nodiscard]] virtual std::optional<std::uint64_t> size() const { return {}; }
 };
 
 /// What a pointer to an opaque struct really points to. It outlives its content for a while, so that a handle
@@ -224,6 +230,7 @@ struct Handle
 {
     std::atomic<std::uint64_t> mark;
     const char* name;
+    bool changes_in_callbacks;
     Content* content;
 };
 
@@ -242,7 +249,9 @@ inline constexpr bool changes_in_callbacks<jostle_world> = true;
 Content& open(const void* handle, std::uint64_t mark, const char* name);
 /// Which of these kinds a handle is of: `wanted` names them.
 std::uint64_t mark_of(const void* handle, std::initializer_list<std::uint64_t> marks, const char* wanted);
-/// Of any kind.
+// Of any kind.
+const Handle& open_any(const void* handle);
+const Handle& open_any(void* handle);
 void release(void* handle);
 /// Refuses to free or change what a call around this one has opened.
 void refuse_in_callback(const void* handle, const char* name, const char* verb);
@@ -267,7 +276,8 @@ template <class Opaque>
 void hand_out(Opaque** out, std::unique_ptr<typename Behind<Opaque>::type> content)
 {
     wanted(out, "out");
-    auto* const handle = new Handle{{Behind<Opaque>::mark}, Behind<Opaque>::name, content.release()};
+    auto* const handle = new Handle{
+        {Behind<Opaque>::mark}, Behind<Opaque>::name, changes_in_callbacks<Opaque>, content.release()};
     *out = reinterpret_cast<Opaque*>(handle);
 }
 

@@ -148,26 +148,6 @@ jostle_status jostle_index_move(jostle_index* index, const uint32_t* ids, const 
         });
     });
 }
-jostle_status jostle_index_clear(jostle_index* index, jostle_error* error)
-{
-    return guarded(error, [&] { open(index).on([](auto& typed) { typed.clear(); }); });
-}
-jostle_status jostle_index_release_memory(jostle_index* index, jostle_error* error)
-{
-    return guarded(error, [&] {
-        IndexContent& content = open(index);
-        content.on([](auto& typed) { typed.release_memory(); });
-        content.memories.release();
-    });
-}
-jostle_status jostle_index_size(const jostle_index* index, uint64_t* size, jostle_error* error)
-{
-    return guarded(error, [&] {
-        const IndexContent& content = open(index);
-        wanted(size, "size");
-        content.on([&](const auto& typed) { *size = typed.size(); });
-    });
-}
 jostle_status jostle_index_contains(const jostle_index* index, const uint32_t* ids, uint64_t count,
                                     uint8_t* contains, jostle_error* error)
 {

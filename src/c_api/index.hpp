@@ -32,6 +32,24 @@ class IndexContent final : public Content
         on_held(index, inside);
     }
 
+    bool clear() override
+    {
+        on([](auto& typed) { typed.clear(); });
+        return true;
+    }
+    bool release_memory() override
+    {
+        on([](auto& typed) { typed.release_memory(); });
+        memories.release();
+        return true;
+    }
+    [[nodiscard]] std::optional<std::uint64_t> size() const override
+    {
+        std::uint64_t size = 0;
+        on([&](const auto& typed) { size = typed.size(); });
+        return size;
+    }
+
     Kept kept;
     jostle_space space;
     mutable WorkingMemories memories; // of queries

@@ -24,6 +24,12 @@ class NeighborFinderContent final : public Content
             finder.emplace<Finder>(kept.options<FinderOptions>());
         });
     }
+    bool release_memory() override
+    {
+        on_held(finder, [](auto& in_its_space) { in_its_space.release_memory(); });
+        return true;
+    }
+
     Kept kept;
     InSomeSpace<NeighborFinder<2, float>, NeighborFinder<3, float>, NeighborFinder<2, double>,
                 NeighborFinder<3, double>>
@@ -194,12 +200,6 @@ jostle_status jostle_neighbor_finder_stream(jostle_neighbor_finder* finder,
         on_held(content.finder, [&](auto& in_its_space) {
             *finished = stream_neighbors(in_its_space, given, rows, sink, context) ? 1 : 0;
         });
-    });
-}
-jostle_status jostle_neighbor_finder_release_memory(jostle_neighbor_finder* finder, jostle_error* error)
-{
-    return guarded(error, [&] {
-        on_held(open(finder).finder, [](auto& in_its_space) { in_its_space.release_memory(); });
     });
 }
 

@@ -14,6 +14,12 @@ class FinderContent final : public Content
 {
   public:
     explicit FinderContent(Kept given) : kept(std::move(given)), finder(kept.options<FinderOptions>()) {}
+    bool release_memory() override
+    {
+        finder.release_memory();
+        return true;
+    }
+
     Kept kept;
     PairFinder finder;
     std::vector<jostle_block> table;
@@ -284,11 +290,6 @@ jostle_status jostle_finder_stats(const jostle_finder* finder, jostle_stats* sta
                                  s.ms_sweep, s.ms_finish},
                     "jostle_stats");
     });
-}
-
-jostle_status jostle_finder_release_memory(jostle_finder* finder, jostle_error* error)
-{
-    return guarded(error, [&] { open(finder).finder.release_memory(); });
 }
 
 jostle_status jostle_find_pairs(jostle_space space, const jostle_boxes* a, const jostle_boxes* b,

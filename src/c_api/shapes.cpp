@@ -338,25 +338,6 @@ jostle_status jostle_shapes_new(int32_t dim, jostle_shapes** out, jostle_error* 
         });
     });
 }
-jostle_status jostle_shapes_clear(jostle_shapes* shapes, jostle_error* error)
-{
-    return guarded(error, [&] {
-        std::visit(
-            [](auto& many) {
-                many.shapes.clear();
-                many.owned.clear();
-            },
-            open(shapes).shapes);
-    });
-}
-jostle_status jostle_shapes_size(const jostle_shapes* shapes, uint64_t* size, jostle_error* error)
-{
-    return guarded(error, [&] {
-        const ShapesContent& content = open(shapes);
-        wanted(size, "size");
-        std::visit([&](const auto& many) { *size = many.shapes.size(); }, content.shapes);
-    });
-}
 jostle_status jostle_shapes_add(jostle_shapes* shapes, const jostle_shape* shape, uint64_t count,
                                 jostle_error* error)
 {

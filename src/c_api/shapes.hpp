@@ -80,6 +80,21 @@ struct ManyShapes
 class ShapesContent final : public Content
 {
   public:
+    bool clear() override
+    {
+        std::visit(
+            [](auto& many) {
+                many.shapes.clear();
+                many.owned.clear();
+            },
+            shapes);
+        return true;
+    }
+    [[nodiscard]] std::optional<std::uint64_t> size() const override
+    {
+        return std::visit([](const auto& many) { return std::uint64_t{many.shapes.size()}; }, shapes);
+    }
+
     std::variant<ManyShapes<2>, ManyShapes<3>> shapes;
     bool repeats = false;
 };

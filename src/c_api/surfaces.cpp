@@ -64,6 +64,12 @@ class SurfaceFinderContent final : public Content
             refuse("the space is " + std::to_string(space) +
                    ": surfaces bend in JOSTLE_3F (2) or JOSTLE_3D (4)");
     }
+    bool release_memory() override
+    {
+        on_held(finder, [](auto& typed) { typed.release_memory(); });
+        return true;
+    }
+
     Kept kept;
     std::variant<std::monostate, SurfaceFinder3f, SurfaceFinder3d> finder;
     /// Where blocks are listed: of vertices and triangles, and of edges.
@@ -256,10 +262,6 @@ jostle_status jostle_surface_finder_crossings(jostle_surface_finder* finder, con
                     content.crossings);
             });
     });
-}
-jostle_status jostle_surface_finder_release_memory(jostle_surface_finder* finder, jostle_error* error)
-{
-    return guarded(error, [&] { on_held(open(finder).finder, [](auto& typed) { typed.release_memory(); }); });
 }
 
 jostle_status jostle_part_impacts(jostle_part_kind kind, const double* from, const double* to, uint64_t count,

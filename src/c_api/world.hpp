@@ -124,6 +124,19 @@ class WorldContent final : public Content
     /// What was handed out as of the update before is no more.
     void changed() noexcept { lists.forget(); }
 
+    bool clear() override
+    {
+        on([](auto& typed) { typed.clear(); });
+        changed();
+        return true;
+    }
+    [[nodiscard]] std::optional<std::uint64_t> size() const override
+    {
+        std::uint64_t size = 0;
+        on([&](const auto& typed) { size = typed.size(); });
+        return size;
+    }
+
     Kept kept;
     jostle_accept_object_pair_function accept;
     void* context;

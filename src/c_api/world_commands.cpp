@@ -91,14 +91,6 @@ jostle_status jostle_world_report_again(jostle_world* world, const jostle_id* id
         });
     });
 }
-jostle_status jostle_world_clear(jostle_world* world, jostle_error* error)
-{
-    return guarded(error, [&] {
-        WorldContent& content = open(world);
-        content.on([](auto& typed) { typed.clear(); });
-        content.changed();
-    });
-}
 jostle_status jostle_world_move(jostle_world* world, const jostle_id* ids, const jostle_boxes* boxes,
                                 const void* displacements, uint32_t sequence, jostle_error* error)
 {

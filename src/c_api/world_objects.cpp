@@ -6,14 +6,6 @@ using namespace jostle::c_api;
 
 extern "C" {
 
-jostle_status jostle_world_size(const jostle_world* world, uint64_t* size, jostle_error* error)
-{
-    return guarded(error, [&] {
-        const WorldContent& content = open(world);
-        wanted(size, "size");
-        content.on([&](const auto& typed) { *size = typed.size(); });
-    });
-}
 jostle_status jostle_world_index_end(const jostle_world* world, uint32_t* end, jostle_error* error)
 {
     return guarded(error, [&] {

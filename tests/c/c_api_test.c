@@ -318,7 +318,7 @@ static void test_pairs(jostle_space space)
     set_number(space, &memory_a, 2 * dim_of(space) * 5, 1e9);
     FAILS(jostle_boxes_check(space, &a, &error), JOSTLE_INVERTED_BOX, "5");
     OK(jostle_boxes_check(space, &b, &error));
-    OK(jostle_finder_release_memory(finder, &error));
+    OK(jostle_release_memory(finder, &error));
     OK(jostle_free(finder, &error));
     OK(jostle_free(expected, &error));
     OK(jostle_free(taken, &error));
@@ -789,7 +789,7 @@ static void test_index_and_world(jostle_space space)
     OK(jostle_index_insert(index, plain, &boxes, &error));
     FAILS(jostle_index_insert(index, plain, &boxes, &error), JOSTLE_INVALID_ARGUMENT, "0");
     OK(jostle_index_build(index, NULL, &boxes, &error));
-    OK(jostle_index_size(index, &size, &error));
+    OK(jostle_size(index, &size, &error));
     CHECK(size == boxes_made);
     OK(jostle_index_boxes(index, plain, boxes_made, read.f, &error));
     CHECK(memcmp(read.f, memory.f, (size_t)(boxes_made * 2 * dim * number_size(space))) == 0);
@@ -806,7 +806,7 @@ static void test_index_and_world(jostle_space space)
     OK(jostle_world_new(space, NULL, &world, &error));
     OK(jostle_world_add(world, &boxes, NULL, ids, &error));
     OK(jostle_world_update(world, &error));
-    OK(jostle_world_size(world, &size, &error));
+    OK(jostle_size(world, &size, &error));
     OK(jostle_world_index_end(world, &end, &error));
     CHECK(size == boxes_made && end == boxes_made);
     for (i = 0; i < boxes_made; ++i)
@@ -866,15 +866,15 @@ static void test_index_and_world(jostle_space space)
     /* What is queued is seen ahead of the update, whose lists stay. */
     {
         uint64_t size, now;
-        OK(jostle_world_size(world, &size, &error));
+        OK(jostle_size(world, &size, &error));
         OK(jostle_world_began(world, &began, &count, &error));
         OK(jostle_world_add(world, &boxes, NULL, some, &error));
         OK(jostle_world_apply(world, &error));
-        OK(jostle_world_size(world, &now, &error));
+        OK(jostle_size(world, &now, &error));
         CHECK(now == size + boxes_made && count == 1);
         OK(jostle_world_remove(world, some, boxes_made, &error));
         OK(jostle_world_apply(world, &error));
-        OK(jostle_world_size(world, &now, &error));
+        OK(jostle_size(world, &now, &error));
         CHECK(now == size);
         OK(jostle_world_update(world, &error));
         OK(jostle_world_began(world, &began, &count, &error));
@@ -1042,7 +1042,7 @@ static void test_index_and_world(jostle_space space)
     OK(jostle_world_restore(world, bytes, count, &error));
     FAILS(jostle_world_restore(world, bytes, count - 1, &error), JOSTLE_BAD_SNAPSHOT, "");
     OK(jostle_world_began(world, &began, &count, &error));
-    OK(jostle_world_size(fork, &size, &error));
+    OK(jostle_size(fork, &size, &error));
     CHECK(size == boxes_made);
 
     /* Commands. */
@@ -1157,17 +1157,17 @@ static void test_index_and_world(jostle_space space)
         CHECK(count == 0);
         OK(jostle_world_margins(fork, some, 1, margins, &error));
         CHECK(margins[0] == 0.5);
-        OK(jostle_world_clear(fork, &error));
-        OK(jostle_world_size(fork, &size, &error));
+        OK(jostle_clear(fork, &error));
+        OK(jostle_size(fork, &size, &error));
         CHECK(size == 0);
         OK(jostle_free(fork, &error));
     }
     OK(jostle_free(world, &error));
     OK(jostle_index_erase(index, plain, 5, &error));
-    OK(jostle_index_size(index, &size, &error));
+    OK(jostle_size(index, &size, &error));
     CHECK(size == boxes_made - 5);
-    OK(jostle_index_clear(index, &error));
-    OK(jostle_index_release_memory(index, &error));
+    OK(jostle_clear(index, &error));
+    OK(jostle_release_memory(index, &error));
     OK(jostle_free(index, &error));
     OK(jostle_free(results, &error));
     OK(jostle_free(expected, &error));
@@ -1287,17 +1287,17 @@ static void test_shapes_and_contacts(void)
     OK(jostle_shapes_add_spheres(shapes, radii, 2, &error));
     OK(jostle_shapes_add_boxes(shapes, half, 1, &error));
     OK(jostle_shapes_add_capsules(shapes, radii, radii, 2, &error));
-    OK(jostle_shapes_size(shapes, &count, &error));
+    OK(jostle_size(shapes, &count, &error));
     CHECK(count == 6);
     radii[1] = -5;
     FAILS(jostle_shapes_add_spheres(shapes, radii, 2, &error), JOSTLE_INVALID_ARGUMENT, "-5");
     CHECK(error.index == 1);
-    OK(jostle_shapes_size(shapes, &count, &error));
+    OK(jostle_size(shapes, &count, &error));
     CHECK(count == 6);
     FAILS(jostle_shapes_add(flat_shapes, sphere, 1, &error), JOSTLE_INVALID_ARGUMENT, "2D");
     FAILS(jostle_shapes_add(shapes, sphere, UINT64_MAX, &error), JOSTLE_TOO_MANY_OBJECTS, "shapes");
     FAILS(jostle_shapes_set(shapes, 6, sphere, &error), JOSTLE_INVALID_ARGUMENT, "6");
-    OK(jostle_shapes_clear(shapes, &error));
+    OK(jostle_clear(shapes, &error));
     OK(jostle_shapes_add(shapes, hull, 1, &error));
     OK(jostle_shapes_add(shapes, sphere, 2, &error));
     OK(jostle_shapes_set(shapes, 0, compound, &error)); /* at 0: a sphere of 1; at 2: a cube up to 3 */
@@ -1443,7 +1443,7 @@ static void test_shapes_and_contacts(void)
         FAILS(jostle_cast_ray(JOSTLE_3F, sphere, poses[2], NULL, hits, &error), JOSTLE_INVALID_ARGUMENT,
               "ray is NULL");
         objects.shapes = shapes;
-        OK(jostle_shapes_clear(shapes, &error));
+        OK(jostle_clear(shapes, &error));
         OK(jostle_shapes_add(shapes, sphere, 3, &error));
         OK(jostle_contact_finder_ray_casts(finder, &given_rays, &objects, &cast_pairs, hits, &error));
         CHECK(hits[0].fraction == 2 && hits[1].fraction == HUGE_VALF);
@@ -1811,9 +1811,13 @@ static void test_bad_input(void)
           JOSTLE_BAD_HANDLE, "no jostle_finder");
     FAILS(jostle_finder_find((jostle_finder*)nothing, JOSTLE_3F, &boxes, NULL, NULL, 0, &pairs, &error),
           JOSTLE_BAD_HANDLE, "no jostle_finder");
-    FAILS(jostle_index_size((const jostle_index*)((const char*)nothing + 1), &size, &error),
-          JOSTLE_BAD_HANDLE, "");
-    FAILS(jostle_index_size((const jostle_index*)finder, &size, &error), JOSTLE_BAD_HANDLE,
+    FAILS(jostle_size((const char*)nothing + 1, &size, &error), JOSTLE_BAD_HANDLE, "");
+    FAILS(jostle_size(finder, &size, &error), JOSTLE_BAD_HANDLE, "a jostle_finder has no size");
+    FAILS(jostle_size(index, NULL, &error), JOSTLE_INVALID_ARGUMENT, "size is NULL");
+    FAILS(jostle_clear(results, &error), JOSTLE_BAD_HANDLE, "a jostle_results can't be cleared");
+    FAILS(jostle_clear(NULL, &error), JOSTLE_INVALID_ARGUMENT, "handle is NULL");
+    FAILS(jostle_release_memory(results, &error), JOSTLE_BAD_HANDLE, "a jostle_results has no memory");
+    FAILS(jostle_index_contains((const jostle_index*)finder, NULL, 0, NULL, &error), JOSTLE_BAD_HANDLE,
           "no jostle_index but a jostle_finder");
     FAILS(jostle_query_bounds(finder, &any, box, &error), JOSTLE_BAD_HANDLE,
           "no jostle_index or jostle_world but a jostle_finder");
@@ -1826,7 +1830,7 @@ static void test_bad_input(void)
     FAILS(jostle_free((char*)index + 1, &error), JOSTLE_BAD_HANDLE, "no handle");
     OK(jostle_free(NULL, &error));
     OK(jostle_free(index, &error));
-    FAILS(jostle_index_size(index, &size, &error), JOSTLE_BAD_HANDLE, "jostle_index was freed");
+    FAILS(jostle_size(index, &size, &error), JOSTLE_BAD_HANDLE, "jostle_index was freed");
     FAILS(jostle_free(index, &error), JOSTLE_BAD_HANDLE, "jostle_index was freed");
     for (i = 0; i < 2000; ++i) { /* more than are remembered: none leaks */
         OK(jostle_index_new(JOSTLE_2D, NULL, &index, &error));

@@ -179,7 +179,7 @@ TEST_F(CShapes, CopiedFromOtherListsKeepWhatTheyPointTo)
         EXPECT_EQ(jostle_shapes_add_from(copied, shapes, first, count - 2, &error), JOSTLE_INVALID_ARGUMENT);
         EXPECT_NE(std::strstr(error.message, std::to_string(first).c_str()), nullptr) << error.message;
     }
-    EXPECT_EQ(jostle_shapes_clear(shapes, &error),
+    EXPECT_EQ(jostle_clear(shapes, &error),
               JOSTLE_OK); // their hulls and meshes are kept by the others
 
     std::vector<jostle::Shape3> expected(more_twins.begin() + 1, more_twins.begin() + 3);

@@ -120,7 +120,7 @@ TEST_F(CMemory, BatchesToAnIndexAllocateNothingAgain)
 {
     make_index();
     ask_again(index);
-    OK(jostle_index_release_memory(index, &error));
+    OK(jostle_release_memory(index, &error));
     ask_again(index);
 }
 
@@ -151,7 +151,7 @@ TEST_F(CMemory, ReleasedMemoryIsGone)
 #if JOSTLE_OWN_NEW
     EXPECT_GT(blocks(), before);
 #endif
-    OK(jostle_index_release_memory(index, &error));
+    OK(jostle_release_memory(index, &error));
     EXPECT_LE(blocks(), before);
 }
 

@@ -143,7 +143,7 @@ TEST_F(CNeighbors, AreThoseOfCpp)
     cutoff.types_b = {};
     OK(jostle_neighbor_finder_find(handle, &query, &list, &error));
     expect_same(list, twin.find_systems(points, offsets, cutoff, std::vector{cell}));
-    OK(jostle_neighbor_finder_release_memory(handle, &error));
+    OK(jostle_release_memory(handle, &error));
     OK(jostle_free(handle, &error));
 }
 

@@ -355,7 +355,7 @@ TEST_F(CRefusals, HandlesAreNotFreedInCallbacksOnOtherThreads)
         EXPECT_GT(pairs.count, 1000u);
         OK(jostle_index_new(JOSTLE_3F, &options, &index, &error));
         OK(jostle_index_build(index, nullptr, &given, &error));
-        free_it = [&] { return jostle_index_clear(index, nullptr); };
+        free_it = [&] { return jostle_clear(index, nullptr); };
         auto query_filter = options_of<jostle_query_filter>();
         query_filter.accept = [](void*, std::uint32_t, std::uint64_t) -> std::int32_t {
             do_it();
@@ -403,7 +403,7 @@ TEST_F(CRefusals, HandlesAreNotChangedInTheirOwnCallbacks)
         return 1;
     };
     jostle_blocks pairs{};
-    change = [&] { return jostle_finder_release_memory(finder, &inner); };
+    change = [&] { return jostle_release_memory(finder, &inner); };
     OK(jostle_finder_find(finder, JOSTLE_3F, &given, nullptr, &filter, JOSTLE_CANONICAL, &pairs, &error));
     EXPECT_EQ(pairs.count, static_cast<std::uint64_t>(calls));
     called("release_memory");
@@ -419,8 +419,8 @@ TEST_F(CRefusals, HandlesAreNotChangedInTheirOwnCallbacks)
     for (const auto& each : std::initializer_list<std::function<jostle_status()>>{
              [&] { return jostle_index_build(index, nullptr, &given, &inner); },
              [&] { return jostle_index_erase(index, &id, 1, &inner); },
-             [&] { return jostle_index_clear(index, &inner); },
-             [&] { return jostle_index_release_memory(index, &inner); }}) {
+             [&] { return jostle_clear(index, &inner); },
+             [&] { return jostle_release_memory(index, &inner); }}) {
         change = each;
         OK(jostle_query_visit(index, &one_box, nullptr, nullptr, visit, nullptr, &finished, &error));
         called("a change of the index");
@@ -465,7 +465,7 @@ TEST_F(CRefusals, HandlesAreNotChangedInTheirOwnCallbacks)
     for (const auto& each : std::initializer_list<std::function<jostle_status()>>{
              [&] { return jostle_shapes_add(shapes, ball, 1000, &inner); },
              [&] { return jostle_shapes_set(shapes, 0, ball, &inner); },
-             [&] { return jostle_shapes_clear(shapes, &inner); }}) {
+             [&] { return jostle_clear(shapes, &inner); }}) {
         change = each;
         OK(jostle_bounds(JOSTLE_3D, &objects, 0, executor, bounds, &error));
         called("a change of the shapes");

@@ -389,7 +389,7 @@ class Stream
             other_.saved.clear();
             return other_.changes.clear();
         }
-        both("clear", [&] { other_.cpp->clear(); }, [&] { return jostle_world_clear(other_.c, &error_); });
+        both("clear", [&] { other_.cpp->clear(); }, [&] { return jostle_clear(other_.c, &error_); });
         other_.ids.clear();
         check_lists(other_);
         for (int i = 0; i < 3; ++i)
@@ -470,7 +470,7 @@ class Stream
         std::uint32_t end = 0;
         std::int32_t any = 0;
         Box hull{};
-        ASSERT_EQ(jostle_world_size(of.c, &size, &error_), JOSTLE_OK);
+        ASSERT_EQ(jostle_size(of.c, &size, &error_), JOSTLE_OK);
         ASSERT_EQ(jostle_world_index_end(of.c, &end, &error_), JOSTLE_OK);
         ASSERT_EQ(jostle_query_bounds(of.c, &any, &hull, &error_), JOSTLE_OK);
         EXPECT_EQ(size, of.cpp->size());

@@ -134,7 +134,7 @@ void try_all_searches(jostle_space space)
         OK(jostle_surface_finder_crossings(finder, handle, at.data(), 60, given, &crossings, &error));
         expect_same(crossings, twin.crossings(surface, at, wish));
     }
-    OK(jostle_surface_finder_release_memory(finder, &error));
+    OK(jostle_release_memory(finder, &error));
     OK(jostle_free(finder, &error));
     OK(jostle_free(handle, &error));
     EXPECT_EQ(jostle_surface_parts_read(handle, &read, &error), JOSTLE_BAD_HANDLE);

@@ -180,7 +180,7 @@ TEST_F(CWorld, EachNewObjectHasOptionsOfItsOwn)
     refused(JOSTLE_INVALID_ARGUMENT, "struct_size");
     update();
     std::uint64_t size = 0;
-    OK(jostle_world_size(world, &size, &error));
+    OK(jostle_size(world, &size, &error));
     EXPECT_EQ(size, n);
     of_each[0].options.struct_size = sizeof(Longer);
     of_each[0].options.count = 1; // of all
@@ -326,17 +326,17 @@ TEST_F(CWorld, ListsAreThoseOfTheLastUpdateWhateverEndsThem)
     OK(jostle_free(view, &error));
     OK(jostle_world_fork(world, &view, &error));
     OK(jostle_world_follow(view, world, &error));
-    OK(jostle_world_size(world, &size, &error));
-    OK(jostle_world_size(view, &count, &error));
+    OK(jostle_size(world, &size, &error));
+    OK(jostle_size(view, &count, &error));
     EXPECT_EQ(count, size);
     const jostle_id_pair* none;
     OK(jostle_world_began(view, &none, &count, &error));
     EXPECT_EQ(count, 0u);
     EXPECT_NE(jostle_world_update(view, &error), JOSTLE_OK);
-    OK(jostle_world_clear(view, &error));
+    OK(jostle_clear(view, &error));
     OK(jostle_world_update(view, &error));
     OK(jostle_free(view, &error));
-    OK(jostle_world_clear(world, &error));
+    OK(jostle_clear(world, &error));
     EXPECT_EQ(began() + ended() + persisted() + changed(), 0u);
     EXPECT_NE(jostle_world_save_changes(world, results, &error), JOSTLE_OK);
 }

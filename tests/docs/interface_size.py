@@ -19,7 +19,7 @@ import reach  # noqa: E402
 
 # The goal is 95 types, and 150 functions in C.
 # Of these, surface.hpp of 0.3 has 16 functions, 9 types and 2 aliases, and 11 functions in C.
-LIMITS = {"functions": 280, "types": 106, "aliases": 58, "functions in C": 166}
+LIMITS = {"functions": 280, "types": 106, "aliases": 58, "functions in C": 159}
 ARITHMETIC = {"vec.hpp", "pose.hpp"}
 ARITHMETIC_OF = {"Vec", "Pose", "Aabb"}
 

@@ -191,8 +191,8 @@ class Sequence
 std::vector<std::uint64_t> numbers(const Sequence& sequence)
 {
     std::uint64_t size = 0, forked = 0;
-    EXPECT_EQ(jostle_world_size(sequence.world, &size, nullptr), JOSTLE_OK);
-    EXPECT_EQ(jostle_world_size(sequence.fork, &forked, nullptr), JOSTLE_OK);
+    EXPECT_EQ(jostle_size(sequence.world, &size, nullptr), JOSTLE_OK);
+    EXPECT_EQ(jostle_size(sequence.fork, &forked, nullptr), JOSTLE_OK);
     return {sequence.pairs, sequence.answers, sequence.touching, sequence.saved, size, forked};
 }
 
@@ -263,7 +263,7 @@ TEST(Shapes, AddedOneByOneAreSeldomCopied)
     fail_after(never);
     EXPECT_EQ(status, JOSTLE_OK);
     std::uint64_t size = 0;
-    EXPECT_EQ(jostle_shapes_size(shapes, &size, nullptr), JOSTLE_OK);
+    EXPECT_EQ(jostle_size(shapes, &size, nullptr), JOSTLE_OK);
     EXPECT_EQ(size, 10'000u);
     EXPECT_EQ(jostle_free(shapes, nullptr), JOSTLE_OK);
     EXPECT_EQ(jostle_free(box, nullptr), JOSTLE_OK);

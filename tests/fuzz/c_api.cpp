@@ -292,7 +292,7 @@ class Session
     {
         if (!of.good) return;
         std::uint64_t size = 0;
-        expect(jostle_index_size(as<jostle_index>(of), &size, &error_), true, "the size of an index");
+        expect(jostle_size(as<jostle_index>(of), &size, &error_), true, "the size of an index");
         fuzz::demand(size == of.handle->objects.size(), "another number of boxes");
     }
     void ask_index()
@@ -374,7 +374,7 @@ class Session
             if (of.handle->queued.count(each.first) == 0) of.handle->gone.insert(each.first);
         of.handle->objects = of.handle->queued;
         std::uint64_t size = 0;
-        expect(jostle_world_size(as<jostle_world>(of), &size, &error_), true, "the size of a world");
+        expect(jostle_size(as<jostle_world>(of), &size, &error_), true, "the size of a world");
         fuzz::demand(size == of.handle->objects.size(), "another number of objects");
     }
     void look_at_world()
@@ -430,7 +430,7 @@ class Session
         if (good) to.handle->size += count;
         if (!to.good) return;
         std::uint64_t size = 0;
-        expect(jostle_shapes_size(as<jostle_shapes>(to), &size, &error_), true, "the number of shapes");
+        expect(jostle_size(as<jostle_shapes>(to), &size, &error_), true, "the number of shapes");
         fuzz::demand(size == to.handle->size, "another number of shapes");
         const std::uint64_t at = in_.below(8);
         const Choice other = choose(shape);

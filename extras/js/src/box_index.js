@@ -65,16 +65,16 @@ export class BoxIndex extends Owned {
   }
   clear() {
     this.want_idle("changed");
-    this.core.call("jostle_index_clear", this.pointer);
+    this.core.call("jostle_clear", this.pointer);
   }
   releaseMemory() {
     this.want_idle("changed");
-    this.core.call("jostle_index_release_memory", this.pointer);
+    this.core.call("jostle_release_memory", this.pointer);
   }
   get size() {
     return this.core.within(() => {
       const out = this.core.scratch.take(8);
-      this.core.call("jostle_index_size", this.pointer, out);
+      this.core.call("jostle_size", this.pointer, out);
       return this.core.u64(out);
     });
   }

@@ -239,7 +239,7 @@ export class NeighborFinder extends Owned {
     return this.#searched;
   }
   releaseMemory() {
-    this.core.call("jostle_neighbor_finder_release_memory", this.pointer);
+    this.core.call("jostle_release_memory", this.pointer);
   }
 }
 

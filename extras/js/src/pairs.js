@@ -313,7 +313,7 @@ export class PairFinder extends Owned {
 
   releaseMemory() {
     this.want_idle("changed");
-    this.core.call("jostle_finder_release_memory", this.pointer);
+    this.core.call("jostle_release_memory", this.pointer);
     this.#free_serial();
     this.#own.memory?.dispose();
     this.#last = undefined;

@@ -105,7 +105,7 @@ function one_by_one(core, all, dim, inside) {
       }
       if (shapes !== undefined) {
         const of = core.u32(shapes.pointer + C.jostle_objects.shapes);
-        core.call("jostle_shapes_clear", its_shape);
+        core.call("jostle_clear", its_shape);
         core.call("jostle_shapes_add_from", its_shape, of, BigInt(i % shapes.length), 1n);
         core.data.setUint32(one + C.jostle_queries.shapes, shapes.alone(its_shape, i), true);
       }

@@ -120,7 +120,7 @@ export class Shapes extends Owned {
   get length() {
     return this.core.within(() => {
       const out = this.core.scratch.take(8);
-      this.core.call("jostle_shapes_size", this.pointer, out);
+      this.core.call("jostle_size", this.pointer, out);
       return this.core.u64(out);
     });
   }
@@ -152,7 +152,7 @@ export class Shapes extends Owned {
     this.core.call("jostle_shapes_set", this.pointer, BigInt(whole(object, "object")), shape_pointer(shape));
   }
   clear() {
-    this.core.call("jostle_shapes_clear", this.pointer);
+    this.core.call("jostle_clear", this.pointer);
   }
   #repeats = false;
   get repeats() {

@@ -198,6 +198,6 @@ export class SurfaceFinder extends Owned {
   }
 
   releaseMemory() {
-    this.core.call("jostle_surface_finder_release_memory", this.pointer);
+    this.core.call("jostle_release_memory", this.pointer);
   }
 }

@@ -346,7 +346,7 @@ export class World extends Owned {
     });
   }
   get size() {
-    return this.#number("jostle_world_size", "u64");
+    return this.#number("jostle_size", "u64");
   }
   get indexEnd() {
     return this.#number("jostle_world_index_end", "u32");
@@ -439,7 +439,7 @@ export class World extends Owned {
     restore(this, "jostle_world_restore_changes", changes, "the snapshot");
   }
   clear() {
-    this.core.call("jostle_world_clear", this.pointer);
+    this.core.call("jostle_clear", this.pointer);
   }
   fork() {
     const pointer = this.core.make("jostle_world_fork", this.pointer);

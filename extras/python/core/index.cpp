@@ -95,13 +95,13 @@ void define_index(py::module_& m)
                      return jostle_index_erase(index, first, count, error);
                  });
              })
-        .def("clear", [](BoxIndex& self) { self.change(jostle_index_clear); })
-        .def("release_memory", [](BoxIndex& self) { self.change(jostle_index_release_memory); })
+        .def("clear", [](BoxIndex& self) { self.change(jostle_clear); })
+        .def("release_memory", [](BoxIndex& self) { self.change(jostle_release_memory); })
         .def("size",
              [](const BoxIndex& self) {
                  std::uint64_t size = 0;
                  self.read([&](auto* index) {
-                     call([&](jostle_error* error) { return jostle_index_size(index, &size, error); });
+                     call([&](jostle_error* error) { return jostle_size(index, &size, error); });
                  });
                  return size;
              })

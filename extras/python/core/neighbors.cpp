@@ -329,9 +329,7 @@ class NeighborFinder
     {
         const Users::Changing now(users_);
         if (finder_ != nullptr)
-            call([&](jostle_error* error) {
-                return jostle_neighbor_finder_release_memory(finder_.get(), error);
-            });
+            call([&](jostle_error* error) { return jostle_release_memory(finder_.get(), error); });
     }
 
   private:

@@ -68,7 +68,7 @@ class PairFinder
         const Users::Changing now(users_);
         for (jostle_finder* const finder : {handle_.get(), serial_.get()})
             if (finder != nullptr)
-                call([&](jostle_error* error) { return jostle_finder_release_memory(finder, error); });
+                call([&](jostle_error* error) { return jostle_release_memory(finder, error); });
     }
 
   private:

@@ -163,7 +163,7 @@ void define_shapes(py::module_& m)
         .def_property(
             "repeats", [](const Shapes& self) { return self.repeats; }, &Shapes::set_repeats)
         .def("size", &Shapes::size)
-        .def("clear", [](Shapes& self) { self.change(jostle_shapes_clear); })
+        .def("clear", [](Shapes& self) { self.change(jostle_clear); })
         .def("add",
              [](Shapes& self, const Shape& shape, std::uint64_t count) {
                  self.change([&](auto* shapes, auto* error) {

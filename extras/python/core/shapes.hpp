@@ -32,7 +32,7 @@ class Shapes
     {
         const Users::Reading now(users);
         std::uint64_t count = 0;
-        call([&](jostle_error* error) { return jostle_shapes_size(handle.get(), &count, error); });
+        call([&](jostle_error* error) { return jostle_size(handle.get(), &count, error); });
         return count;
     }
     /// Calls f(shapes, error), which changes them.
@@ -89,7 +89,7 @@ struct Objects
             status = jostle_shapes_new(dim_, &some, error);
             if (status == JOSTLE_OK) some_.reset(some);
         } else {
-            status = jostle_shapes_clear(some, error);
+            status = jostle_clear(some, error);
         }
         if (status == JOSTLE_OK) status = add_shapes(some, first, count, error);
         part.shapes = some;
@@ -102,7 +102,7 @@ struct Objects
     void want_pose_each(const char* name) const
     {
         std::uint64_t count = 0;
-        call([&](jostle_error* error) { return jostle_shapes_size(view.shapes, &count, error); });
+        call([&](jostle_error* error) { return jostle_size(view.shapes, &count, error); });
         const bool fits = repeats_ && count != 0 && view.poses.count % count == 0;
         if (count != view.poses.count && !fits)
             raise_error("size_mismatch",
@@ -120,7 +120,7 @@ struct Objects
     {
         if (!repeats_) return jostle_shapes_add_from(some, view.shapes, first, count, error);
         std::uint64_t size = 0;
-        jostle_status status = jostle_shapes_size(view.shapes, &size, error);
+        jostle_status status = jostle_size(view.shapes, &size, error);
         while (status == JOSTLE_OK && count != 0) {
             const std::uint64_t from = first % size, run = std::min(count, size - from);
             status = jostle_shapes_add_from(some, view.shapes, from, run, error);

@@ -135,9 +135,7 @@ class SurfaceFinder
     {
         const Users::Changing now(users_);
         if (finder_ != nullptr)
-            call([&](jostle_error* error) {
-                return jostle_surface_finder_release_memory(finder_.get(), error);
-            });
+            call([&](jostle_error* error) { return jostle_release_memory(finder_.get(), error); });
     }
 
   private:

@@ -121,7 +121,7 @@ void define_objects(py::class_<World>& world)
         .def("clear",
              [](World& self) {
                  const World::Updating now(self);
-                 call([&](jostle_error* error) { return jostle_world_clear(self.handle.get(), error); });
+                 call([&](jostle_error* error) { return jostle_clear(self.handle.get(), error); });
              })
         .def("bounds_of_all",
              [](const World& self) -> py::object {
@@ -138,8 +138,7 @@ void define_objects(py::class_<World>& world)
              [](const World& self) {
                  const Users::Reading now(self.users);
                  std::uint64_t size = 0;
-                 call(
-                     [&](jostle_error* error) { return jostle_world_size(self.handle.get(), &size, error); });
+                 call([&](jostle_error* error) { return jostle_size(self.handle.get(), &size, error); });
                  return size;
              })
         .def("index_end",

@@ -1063,6 +1063,14 @@ extern "C" {
     pub fn jostle_instruction_set_name(set: jostle_instruction_set, name: *mut *const c_char, error: *mut jostle_error) -> jostle_status;
     /// Gives back a handle of any kind, or does nothing with NULL.
     pub fn jostle_free(handle: *mut c_void, error: *mut jostle_error) -> jostle_status;
+    /// How many objects an index or a world has, in a world as of the last update or jostle_world_apply; or how
+    /// many shapes a jostle_shapes has.
+    pub fn jostle_size(handle: *const c_void, size: *mut u64, error: *mut jostle_error) -> jostle_status;
+    /// Makes an index, a world or a jostle_shapes empty: a world becomes what it was when it was made.
+    pub fn jostle_clear(handle: *mut c_void, error: *mut jostle_error) -> jostle_status;
+    /// Gives back the working memory of a jostle_finder, jostle_neighbor_finder, jostle_surface_finder or
+    /// jostle_index: what their last call handed out is gone, and so is what a neighbor finder's skin keeps.
+    pub fn jostle_release_memory(handle: *mut c_void, error: *mut jostle_error) -> jostle_status;
     /// Everything on the calling thread.
     pub fn jostle_executor_serial(out: *mut *mut jostle_executor, error: *mut jostle_error) -> jostle_status;
     /// What calls use that are given none, with at most `threads` threads, 0 for all: oneTBB's, or threads of its
@@ -1108,7 +1116,6 @@ extern "C" {
     /// Hands the pairs to `sink` instead of storing them. `finished` becomes 0 if the sink stopped it, else 1.
     pub fn jostle_finder_stream(finder: *mut jostle_finder, space: jostle_space, a: *const jostle_boxes, b: *const jostle_boxes, filter: *const jostle_filter, sink: jostle_sink_function, context: *mut c_void, finished: *mut i32, error: *mut jostle_error) -> jostle_status;
     pub fn jostle_finder_stats(finder: *const jostle_finder, stats: *mut jostle_stats, error: *mut jostle_error) -> jostle_status;
-    pub fn jostle_finder_release_memory(finder: *mut jostle_finder, error: *mut jostle_error) -> jostle_status;
     /// Once, without a finder. `b`, `filter` and `options` may be NULL.
     pub fn jostle_find_pairs(space: jostle_space, a: *const jostle_boxes, b: *const jostle_boxes, filter: *const jostle_filter, order: jostle_order, options: *const jostle_options, results: *mut jostle_results, error: *mut jostle_error) -> jostle_status;
     /// The definition: every box against every other, ascending by (a, b). For checking results.
@@ -1141,8 +1148,6 @@ extern "C" {
     /// Hands the list to `sink` in blocks of so many rows instead of storing all of it. Not for many systems, nor
     /// with a skin. `finished` becomes 0 if the sink stopped it, else 1.
     pub fn jostle_neighbor_finder_stream(finder: *mut jostle_neighbor_finder, query: *const jostle_neighbor_query, rows: u64, sink: jostle_neighbor_sink_function, context: *mut c_void, finished: *mut i32, error: *mut jostle_error) -> jostle_status;
-    /// Gives working memory back, the list and what a skin keeps included.
-    pub fn jostle_neighbor_finder_release_memory(finder: *mut jostle_neighbor_finder, error: *mut jostle_error) -> jostle_status;
     /// The least box around all, in a world around the bounds of all that aren't disabled: 2 dim numbers. `any`
     /// becomes 0 where there are none, else 1.
     #[cfg(feature = "world")]
@@ -1198,12 +1203,6 @@ extern "C" {
     pub fn jostle_index_erase(index: *mut jostle_index, ids: *const u32, count: u64, error: *mut jostle_error) -> jostle_status;
     #[cfg(feature = "world")]
     pub fn jostle_index_move(index: *mut jostle_index, ids: *const u32, boxes: *const jostle_boxes, error: *mut jostle_error) -> jostle_status;
-    #[cfg(feature = "world")]
-    pub fn jostle_index_clear(index: *mut jostle_index, error: *mut jostle_error) -> jostle_status;
-    #[cfg(feature = "world")]
-    pub fn jostle_index_release_memory(index: *mut jostle_index, error: *mut jostle_error) -> jostle_status;
-    #[cfg(feature = "world")]
-    pub fn jostle_index_size(index: *const jostle_index, size: *mut u64, error: *mut jostle_error) -> jostle_status;
     /// contains\[i] becomes 1 if ids\[i] is in the index, else 0.
     #[cfg(feature = "world")]
     pub fn jostle_index_contains(index: *const jostle_index, ids: *const u32, count: u64, contains: *mut u8, error: *mut jostle_error) -> jostle_status;
@@ -1285,8 +1284,6 @@ extern "C" {
     /// 0 if it stopped that, else 1.
     #[cfg(feature = "world")]
     pub fn jostle_world_visit_pairs(world: *const jostle_world, visit: jostle_visit_pair_function, context: *mut c_void, finished: *mut i32, error: *mut jostle_error) -> jostle_status;
-    #[cfg(feature = "world")]
-    pub fn jostle_world_size(world: *const jostle_world, size: *mut u64, error: *mut jostle_error) -> jostle_status;
     /// Every index is less than this.
     #[cfg(feature = "world")]
     pub fn jostle_world_index_end(world: *const jostle_world, end: *mut u32, error: *mut jostle_error) -> jostle_status;
@@ -1320,9 +1317,6 @@ extern "C" {
     /// Becomes the world whose changes these are, of the same base.
     #[cfg(feature = "world")]
     pub fn jostle_world_restore_changes(world: *mut jostle_world, changes: *const c_void, size: u64, error: *mut jostle_error) -> jostle_status;
-    /// Becomes a world without objects, as it was when it was made.
-    #[cfg(feature = "world")]
-    pub fn jostle_world_clear(world: *mut jostle_world, error: *mut jostle_error) -> jostle_status;
     /// Becomes the world that was saved.
     #[cfg(feature = "world")]
     pub fn jostle_world_restore(world: *mut jostle_world, snapshot: *const c_void, size: u64, error: *mut jostle_error) -> jostle_status;
@@ -1330,7 +1324,7 @@ extern "C" {
     #[cfg(feature = "world")]
     pub fn jostle_world_fork(world: *const jostle_world, out: *mut *mut jostle_world, error: *mut jostle_error) -> jostle_status;
     /// Becomes a view of another world of the same space, to be asked while that one is updated. Commands and
-    /// updates of a view fail, until jostle_world_clear() or jostle_world_restore() makes it a world again.
+    /// updates of a view fail, until jostle_clear() or jostle_world_restore() makes it a world again.
     #[cfg(feature = "world")]
     pub fn jostle_world_follow(world: *mut jostle_world, other: *const jostle_world, error: *mut jostle_error) -> jostle_status;
     #[cfg(feature = "world")]

@@ -116,7 +116,7 @@ impl<T: Coordinate<D>, const D: usize> BoxIndex<T, D> {
     /// How many boxes there are.
     pub fn len(&self) -> usize {
         let mut size = 0;
-        must(|error| unsafe { ffi::jostle_index_size(self.handle, &mut size, error) });
+        must(|error| unsafe { ffi::jostle_size(self.handle.cast(), &mut size, error) });
         size as usize
     }
     /// Whether there are none.

@@ -446,7 +446,7 @@ impl PairFinder {
     }
     /// Gives working memory back.
     pub fn release_memory(&mut self) {
-        must(|error| unsafe { ffi::jostle_finder_release_memory(self.handle, error) });
+        must(|error| unsafe { ffi::jostle_release_memory(self.handle.cast(), error) });
     }
 }
 

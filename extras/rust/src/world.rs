@@ -449,7 +449,7 @@ impl<T: Coordinate<D>, const D: usize> World<T, D> {
     }
     /// Becomes a world without objects, as it was when it was made.
     pub fn clear(&mut self) {
-        must(|error| unsafe { ffi::jostle_world_clear(self.handle, error) });
+        must(|error| unsafe { ffi::jostle_clear(self.handle.cast(), error) });
     }
     /// What the world is, as bytes: the same on every machine.
     pub fn save(&self) -> Vec<u8> {
@@ -551,7 +551,7 @@ impl<T: Coordinate<D>, const D: usize> World<T, D> {
     /// How many objects there are.
     pub fn len(&self) -> usize {
         let mut size = 0;
-        must(|error| unsafe { ffi::jostle_world_size(self.handle, &mut size, error) });
+        must(|error| unsafe { ffi::jostle_size(self.handle.cast(), &mut size, error) });
         size as usize
     }
     /// Whether there are none.
