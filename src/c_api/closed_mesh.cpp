@@ -16,10 +16,8 @@ class ClosedMeshContent final : public Content
 };
 
 template <>
-struct Behind<jostle_closed_mesh>
+struct Behind<jostle_closed_mesh> : Kind<ClosedMeshContent, 0x11>
 {
-    using type = ClosedMeshContent;
-    static constexpr std::uint64_t mark = 0x6a6f73746c650011U;
     static constexpr const char* name = "jostle_closed_mesh";
 };
 

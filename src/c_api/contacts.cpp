@@ -98,10 +98,8 @@ class ContactFinderContent final : public Content
 } // namespace
 
 template <>
-struct Behind<jostle_contact_finder>
+struct Behind<jostle_contact_finder> : Kind<ContactFinderContent, 0x08>
 {
-    using type = ContactFinderContent;
-    static constexpr std::uint64_t mark = 0x6a6f73746c650008U;
     static constexpr const char* name = "jostle_contact_finder";
 };
 

@@ -13,8 +13,6 @@
 namespace jostle::c_api {
 namespace {
 
-// All marks are this one and the number of a kind.
-constexpr std::uint64_t marks = 0x6a6f73746c650000U;
 constexpr std::uint64_t freed = marks | 0xff00U;
 
 // Handles that were freed, the last 1024 of them: a pointer to one of these still says that it was freed. It
@@ -118,12 +116,12 @@ jostle_status report(jostle_error* error) noexcept
     return JOSTLE_INTERNAL_ERROR;
 }
 
-std::uint64_t mark_of(const void* handle, std::initializer_list<std::uint64_t> marks, const char* wanted)
+std::uint64_t mark_of(const void* handle, std::initializer_list<std::uint64_t> kinds, const char* wanted)
 {
     if (handle == nullptr) refuse(std::string("the ") + wanted + " is NULL");
     const Handle& there = handle_there(handle, wanted);
     const std::uint64_t mark = there.mark.load(std::memory_order_relaxed);
-    if (std::find(marks.begin(), marks.end(), mark) == marks.end())
+    if (std::find(kinds.begin(), kinds.end(), mark) == kinds.end())
         refuse(std::string("this is no ") + wanted + " but a " + there.name, JOSTLE_BAD_HANDLE);
     return mark;
 }

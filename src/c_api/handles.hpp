@@ -237,6 +237,14 @@ struct Handle
 /// Kind, name and content of an opaque struct.
 template <class Opaque>
 struct Behind;
+/// All marks are this one and the number of a kind.
+inline constexpr std::uint64_t marks = 0x6a6f73746c650000U;
+template <class Content, std::uint64_t number>
+struct Kind
+{
+    using type = Content;
+    static constexpr std::uint64_t mark = marks | number;
+};
 
 /// What callbacks may change while the call around them goes on: it looks after itself.
 template <class Opaque>
@@ -248,7 +256,7 @@ inline constexpr bool changes_in_callbacks<jostle_world> = true;
 
 Content& open(const void* handle, std::uint64_t mark, const char* name);
 /// Which of these kinds a handle is of: `wanted` names them.
-std::uint64_t mark_of(const void* handle, std::initializer_list<std::uint64_t> marks, const char* wanted);
+std::uint64_t mark_of(const void* handle, std::initializer_list<std::uint64_t> kinds, const char* wanted);
 // Of any kind.
 const Handle& open_any(const void* handle);
 const Handle& open_any(void* handle);

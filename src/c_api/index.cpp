@@ -57,7 +57,7 @@ void with_other(const jostle_index* index, const jostle_index* other, F&& inside
     const IndexContent& content = open(index);
     const IndexContent& second = other != nullptr ? open(other) : content;
     if (content.space != second.space) refuse("the two indexes are of different spaces");
-    content.on([&]<class Typed>(const Typed& typed) { inside(typed, std::get<Typed>(second.index)); });
+    content.on([&]<class Typed>(const Typed& typed) { inside(typed, std::get<Typed>(second.held)); });
 }
 
 /// Whether the box answers the query, and where: 0 for regions.

@@ -155,10 +155,8 @@ bool stream_neighbors(NeighborFinder<Dim, T>& finder, const jostle_neighbor_quer
 } // namespace
 
 template <>
-struct Behind<jostle_neighbor_finder>
+struct Behind<jostle_neighbor_finder> : Kind<NeighborFinderContent, 0x13>
 {
-    using type = NeighborFinderContent;
-    static constexpr std::uint64_t mark = 0x6a6f73746c650013U;
     static constexpr const char* name = "jostle_neighbor_finder";
 };
 

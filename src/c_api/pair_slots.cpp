@@ -14,10 +14,8 @@ class PairSlotsContent final : public Content
 };
 
 template <>
-struct Behind<jostle_pair_slots>
+struct Behind<jostle_pair_slots> : Kind<PairSlotsContent, 0x12>
 {
-    using type = PairSlotsContent;
-    static constexpr std::uint64_t mark = 0x6a6f73746c650012U;
     static constexpr const char* name = "jostle_pair_slots";
 };
 

@@ -152,18 +152,14 @@ void search(jostle_space space, const jostle_boxes* a, const jostle_boxes* b, co
 } // namespace
 
 template <>
-struct Behind<jostle_finder>
+struct Behind<jostle_finder> : Kind<FinderContent, 0x03>
 {
-    using type = FinderContent;
-    static constexpr std::uint64_t mark = 0x6a6f73746c650003U;
     static constexpr const char* name = "jostle_finder";
 };
 
 template <>
-struct Behind<jostle_images>
+struct Behind<jostle_images> : Kind<ImagesContent, 0x10>
 {
-    using type = ImagesContent;
-    static constexpr std::uint64_t mark = 0x6a6f73746c650010U;
     static constexpr const char* name = "jostle_images";
 };
 

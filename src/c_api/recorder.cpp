@@ -36,10 +36,8 @@ struct RecorderContent final : Content
 } // namespace
 
 template <>
-struct Behind<jostle_recorder>
+struct Behind<jostle_recorder> : Kind<RecorderContent, 0x0b>
 {
-    using type = RecorderContent;
-    static constexpr std::uint64_t mark = 0x6a6f73746c65000bU;
     static constexpr const char* name = "jostle_recorder";
 };
 

@@ -87,17 +87,13 @@ class ResultsContent final : public Content
 };
 
 template <>
-struct Behind<jostle_results>
+struct Behind<jostle_results> : Kind<ResultsContent, 0x02>
 {
-    using type = ResultsContent;
-    static constexpr std::uint64_t mark = 0x6a6f73746c650002U;
     static constexpr const char* name = "jostle_results";
 };
 template <>
-struct Behind<jostle_executor>
+struct Behind<jostle_executor> : Kind<ExecutorContent, 0x01>
 {
-    using type = ExecutorContent;
-    static constexpr std::uint64_t mark = 0x6a6f73746c650001U;
     static constexpr const char* name = "jostle_executor";
 };
 

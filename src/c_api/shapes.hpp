@@ -100,17 +100,13 @@ class ShapesContent final : public Content
 };
 
 template <>
-struct Behind<jostle_shape>
+struct Behind<jostle_shape> : Kind<ShapeContent, 0x06>
 {
-    using type = ShapeContent;
-    static constexpr std::uint64_t mark = 0x6a6f73746c650006U;
     static constexpr const char* name = "jostle_shape";
 };
 template <>
-struct Behind<jostle_shapes>
+struct Behind<jostle_shapes> : Kind<ShapesContent, 0x07>
 {
-    using type = ShapesContent;
-    static constexpr std::uint64_t mark = 0x6a6f73746c650007U;
     static constexpr const char* name = "jostle_shapes";
 };
 

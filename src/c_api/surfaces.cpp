@@ -80,17 +80,13 @@ class SurfaceFinderContent final : public Content
 } // namespace
 
 template <>
-struct Behind<jostle_surface>
+struct Behind<jostle_surface> : Kind<SurfaceContent, 0x14>
 {
-    using type = SurfaceContent;
-    static constexpr std::uint64_t mark = 0x6a6f73746c650014U;
     static constexpr const char* name = "jostle_surface";
 };
 template <>
-struct Behind<jostle_surface_finder>
+struct Behind<jostle_surface_finder> : Kind<SurfaceFinderContent, 0x15>
 {
-    using type = SurfaceFinderContent;
-    static constexpr std::uint64_t mark = 0x6a6f73746c650015U;
     static constexpr const char* name = "jostle_surface_finder";
 };
 

@@ -137,7 +137,7 @@ jostle_status jostle_world_follow(jostle_world* world, const jostle_world* other
         WorldContent& content = open(world);
         const WorldContent& of = open(other);
         if (content.space != of.space) refuse("the two worlds are of different spaces");
-        content.on([&](auto& typed) { typed.follow(std::get<std::decay_t<decltype(typed)>>(of.world)); });
+        content.on([&](auto& typed) { typed.follow(std::get<std::decay_t<decltype(typed)>>(of.held)); });
         content.changed();
     });
 }

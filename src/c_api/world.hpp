@@ -11,8 +11,7 @@
 #include <variant>
 #include <vector>
 
-#include "c_api/handles.hpp"
-#include "c_api/working_memory.hpp"
+#include "c_api/structure.hpp"
 #include "jostle/world.hpp"
 
 // What is behind a jostle_world. Its functions are in the files world*.cpp: what makes a world and updates it
@@ -84,11 +83,11 @@ struct UpdateLists
     void forget() noexcept { began.listed = ended.listed = persisted.listed = changed.listed = false; }
 };
 
-class WorldContent final : public Content
+class WorldContent final : public StructureContent<World>
 {
   public:
     WorldContent(jostle_space in, const jostle_world_options& given)
-        : kept(keep(given.common)), accept(given.accept), context(given.context), space(in)
+        : StructureContent(in, keep(given.common)), accept(given.accept), context(given.context)
     {
         WorldOptions options = kept.options<WorldOptions>();
         options.margin = given.margin;
@@ -99,50 +98,29 @@ class WorldContent final : public Content
             options.accept = [call = accept, with = context](ObjectId a, ObjectId b) {
                 return agreed(call(with, to_c(a), to_c(b)));
             };
-        in_space(space, [&](auto of) {
-            world.emplace<World<decltype(of)::dim, typename decltype(of)::T>>(options);
-        });
+        in_space(space,
+                 [&](auto of) { held.emplace<World<decltype(of)::dim, typename decltype(of)::T>>(options); });
     }
     /// A fork of another.
     explicit WorldContent(const WorldContent& other)
-        : Content(), kept(other.kept), accept(other.accept), context(other.context), space(other.space)
+        : StructureContent(other.space, other.kept), accept(other.accept), context(other.context)
     {
         other.on([&]<int Dim, Coordinate T>(const World<Dim, T>& typed) {
-            world.emplace<World<Dim, T>>(typed.fork());
+            held.emplace<World<Dim, T>>(typed.fork());
         });
-    }
-    template <class F>
-    void on(F&& inside)
-    {
-        on_held(world, inside);
-    }
-    template <class F>
-    void on(F&& inside) const
-    {
-        on_held(world, inside);
     }
     /// What was handed out as of the update before is no more.
     void changed() noexcept { lists.forget(); }
 
     bool clear() override
     {
-        on([](auto& typed) { typed.clear(); });
+        StructureContent::clear();
         changed();
         return true;
     }
-    [[nodiscard]] std::optional<std::uint64_t> size() const override
-    {
-        std::uint64_t size = 0;
-        on([&](const auto& typed) { size = typed.size(); });
-        return size;
-    }
 
-    Kept kept;
     jostle_accept_object_pair_function accept;
     void* context;
-    jostle_space space;
-    mutable WorkingMemories memories; // of queries
-    InSomeSpace<World2f, World3f, World2d, World3d> world;
 
     // The last update's lists as C sees them, made when they are first asked for: by any thread.
     mutable std::mutex listing;
@@ -150,10 +128,8 @@ class WorldContent final : public Content
 };
 
 template <>
-struct Behind<jostle_world>
+struct Behind<jostle_world> : Kind<WorldContent, 0x05>
 {
-    using type = WorldContent;
-    static constexpr std::uint64_t mark = 0x6a6f73746c650005U;
     static constexpr const char* name = "jostle_world";
 };
 
