@@ -726,8 +726,9 @@ typedef int32_t (*jostle_visit_close_pair_function)(void* context, uint64_t a, u
                                                     double* bound);
 /// Hands over the pairs of objects no further apart than max_distance (it may be infinite): of two of this
 /// structure's if `other` is NULL or the same, else of one of this and one of the other of its kind. First
-/// come those at distance 0, then the others ascending by (at, a, b). In one world, pairs whose filters forbid
-/// them are left out, and pairs that touch and that `accept` refused; about pairs apart it hasn't been asked.
+/// come those at distance 0, then the others ascending by (at, a, b). In one world, pairs that filters
+/// forbid are left out, and pairs that touch and that `accept` refused; about pairs apart it hasn't been
+/// asked.
 /// `finished` becomes 0 if `visit` stopped that, else 1.
 JOSTLE_C_API jostle_status jostle_query_closest_pairs(const void* handle, const void* other,
                                                       double max_distance,

@@ -1183,8 +1183,9 @@ extern "C" {
     pub fn jostle_query_join(handle: *const c_void, boxes: *const jostle_boxes, filter: *const jostle_query_filter, results: *mut jostle_results, error: *mut jostle_error) -> jostle_status;
     /// Hands over the pairs of objects no further apart than max_distance (it may be infinite): of two of this
     /// structure's if `other` is NULL or the same, else of one of this and one of the other of its kind. First
-    /// come those at distance 0, then the others ascending by (at, a, b). In one world, pairs whose filters forbid
-    /// them are left out, and pairs that touch and that `accept` refused; about pairs apart it hasn't been asked.
+    /// come those at distance 0, then the others ascending by (at, a, b). In one world, pairs that filters
+    /// forbid are left out, and pairs that touch and that `accept` refused; about pairs apart it hasn't been
+    /// asked.
     /// `finished` becomes 0 if `visit` stopped that, else 1.
     #[cfg(feature = "world")]
     pub fn jostle_query_closest_pairs(handle: *const c_void, other: *const c_void, max_distance: f64, visit: jostle_visit_close_pair_function, context: *mut c_void, finished: *mut i32, error: *mut jostle_error) -> jostle_status;
