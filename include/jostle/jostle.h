@@ -22,7 +22,7 @@
 ///           knows its kind: a handle of another kind, and one of the last 1024 that were freed, is
 ///           JOSTLE_BAD_HANDLE. What a handle was made with (an executor, a shape) lives as
 ///           long as it needs it: the order of freeing doesn't matter. A callback may neither free nor change
-///           a handle that the call around it was given: that is an error on every thread of the executor's.
+///           a handle that the call around it was given: that is an error, on every thread of its executor.
 ///           Commands to a world and work for an executor are no such changes.
 /// Options   structs that begin with `struct_size` are set to zero, then struct_size to their sizeof. Zero is
 ///           the default of each member, and NULL in place of the struct is all defaults. A later version may

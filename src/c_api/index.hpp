@@ -10,7 +10,8 @@
 
 namespace jostle::c_api {
 
-class IndexContent final : public StructureContent<BoxIndex>
+class IndexContent final
+    : public StructureContent<InSomeSpace<BoxIndex2f, BoxIndex3f, BoxIndex2d, BoxIndex3d>>
 {
   public:
     IndexContent(jostle_space in, Kept given) : StructureContent(in, std::move(given))

@@ -11,7 +11,7 @@
 namespace jostle::c_api {
 
 /// What queries ask: a BoxIndex or a World, in the space that it was made for.
-template <template <int, Coordinate> class Of>
+template <class Held>
 class StructureContent : public Content
 {
   public:
@@ -41,7 +41,7 @@ class StructureContent : public Content
     Kept kept;
     jostle_space space;
     mutable WorkingMemories memories; // of queries
-    InSomeSpace<Of<2, float>, Of<3, float>, Of<2, double>, Of<3, double>> held;
+    Held held;                        ///< InSomeSpace of it
 };
 
 } // namespace jostle::c_api

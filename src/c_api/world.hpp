@@ -83,7 +83,7 @@ struct UpdateLists
     void forget() noexcept { began.listed = ended.listed = persisted.listed = changed.listed = false; }
 };
 
-class WorldContent final : public StructureContent<World>
+class WorldContent final : public StructureContent<InSomeSpace<World2f, World3f, World2d, World3d>>
 {
   public:
     WorldContent(jostle_space in, const jostle_world_options& given)
