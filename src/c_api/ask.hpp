@@ -8,6 +8,9 @@
 
 namespace jostle::c_api {
 
+class IndexContent;
+class WorldContent;
+
 /// Queries to an index or a world, as the caller gave them. Each is compiled beside what it asks: in
 /// index.cpp and world_queries.cpp, by queries.hpp.
 template <class Content>
@@ -32,5 +35,17 @@ bool visit_closest(const Content& content, const Content& other, double max_dist
 template <class Content>
 void join_boxes(Content& content, const jostle_boxes* boxes, const jostle_query_filter* filter,
                 ResultsContent& results);
+
+// Not elsewhere: only there it is known what becomes of a filter.
+extern template struct Ask<IndexContent>;
+extern template struct Ask<WorldContent>;
+extern template bool visit_closest(const IndexContent&, const IndexContent&, double,
+                                   jostle_visit_close_pair_function, void*);
+extern template bool visit_closest(const WorldContent&, const WorldContent&, double,
+                                   jostle_visit_close_pair_function, void*);
+extern template void join_boxes(IndexContent&, const jostle_boxes*, const jostle_query_filter*,
+                                ResultsContent&);
+extern template void join_boxes(WorldContent&, const jostle_boxes*, const jostle_query_filter*,
+                                ResultsContent&);
 
 } // namespace jostle::c_api
