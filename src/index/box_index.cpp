@@ -432,7 +432,7 @@ template <int Dim, Coordinate T>
 using IndexQueries = Queries<BoxIndex<Dim, T>, Dim, T, std::uint32_t, QueryFilter>;
 
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
-    template class JOSTLE_API BoxIndex<Dim, T>;                                                              \
+    template class BoxIndex<Dim, T>;                                                                         \
     template index::Tree<Dim, T>& BoxIndexAccess::tree(BoxIndex<Dim, T>&) noexcept;                          \
     template const index::Tree<Dim, T>& BoxIndexAccess::tree(const BoxIndex<Dim, T>&) noexcept;              \
     template void BoxIndexAccess::join(BoxIndex<Dim, T>&, const index::Tree<Dim, T>&,                        \
