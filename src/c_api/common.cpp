@@ -86,7 +86,7 @@ std::shared_ptr<Executor> lent(Executor& executor)
 std::shared_ptr<Executor> keep_executor(const jostle_executor* executor)
 {
     if (executor != nullptr) return open(executor).executor;
-    static const std::shared_ptr<Executor> all = std::make_shared<CallExecutor>(lent(default_executor()));
+    static const std::shared_ptr<Executor> all = std::make_shared<CallExecutor>(nullptr);
     return all;
 }
 

@@ -75,10 +75,18 @@ bool Call::is_open_outside(const void* handle) const noexcept
     return false;
 }
 
+std::uint32_t CallExecutor::concurrency() const noexcept
+{
+    try {
+        return given().concurrency();
+    } catch (...) {
+        return 1;
+    }
+}
 void CallExecutor::run(std::uint32_t count, FunctionRef<void(std::uint32_t)> task)
 {
     const Call* const call = Call::of_this_thread();
-    given_->run(count, [&](std::uint32_t i) {
+    given().run(count, [&](std::uint32_t i) {
         const Call within(call);
         task(i);
     });

@@ -295,11 +295,15 @@ void hand_out(Opaque** out, std::unique_ptr<typename Behind<Opaque>::type> conte
 class CallExecutor final : public Executor
 {
   public:
+    /// Null: the default one, which is made when it is first used: what needs no threads starts none.
     explicit CallExecutor(std::shared_ptr<Executor> given) noexcept : given_(std::move(given)) {}
-    [[nodiscard]] std::uint32_t concurrency() const noexcept override { return given_->concurrency(); }
+    /// 1 where the default executor can't be made.
+    [[nodiscard]] std::uint32_t concurrency() const noexcept override;
     void run(std::uint32_t count, FunctionRef<void(std::uint32_t)> task) override;
 
   private:
+    [[nodiscard]] Executor& given() const { return given_ == nullptr ? default_executor() : *given_; }
+
     std::shared_ptr<Executor> given_;
 };
 
