@@ -30,7 +30,7 @@ void want_number(const py::array& array, jostle_space space, const char* name)
                " as the rest, not " + std::string(py::str(array.dtype())));
 }
 
-Boxes boxes_of(const py::array& array, const char* name, std::optional<jostle_space> wanted)
+Boxes boxes_of(const py::array& array, const char* name, jostle_space wanted)
 {
     Boxes boxes{array};
     const bool single = array.dtype().equal(py::dtype::of<float>());
@@ -53,10 +53,10 @@ Boxes boxes_of(const py::array& array, const char* name, std::optional<jostle_sp
                     ? "; make one array of two by numpy.stack([lo, hi], axis=1)"
                     : ""));
     boxes.space = space_of(dim, single);
-    if (wanted && *wanted != boxes.space)
+    if (wanted != any_space && wanted != boxes.space)
         refuse(std::string(name) + " is " + std::to_string(dim) + "D " + (single ? "float32" : "float64") +
-               ", and it must be " + std::to_string(dim_of(*wanted)) + "D " +
-               (is_float(*wanted) ? "float32" : "float64"));
+               ", and it must be " + std::to_string(dim_of(wanted)) + "D " +
+               (is_float(wanted) ? "float32" : "float64"));
     const auto* const first = static_cast<const char*>(array.data());
     boxes.view.count = static_cast<std::uint64_t>(array.shape(0));
     boxes.view.stride = array.strides(0);

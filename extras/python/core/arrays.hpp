@@ -42,8 +42,8 @@ struct Boxes
     jostle_space space = JOSTLE_3D;
 };
 
-[[nodiscard]] Boxes boxes_of(const py::array& array, const char* name,
-                             std::optional<jostle_space> wanted = std::nullopt);
+constexpr jostle_space any_space = -1;
+[[nodiscard]] Boxes boxes_of(const py::array& array, const char* name, jostle_space wanted = any_space);
 
 /// One number per object, or nothing.
 template <class T>
