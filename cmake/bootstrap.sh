@@ -6,10 +6,10 @@ packages_library=(g++ cmake ninja-build libtbb-dev libhwy-dev)
 packages_run=("${packages_library[@]}" libcli11-dev nlohmann-json3-dev libfast-float-dev libassimp-dev libzstd-dev
               libcpp-httplib-dev pkg-config zlib1g-dev) # which libassimp-dev links with but doesn't bring
 packages_test=("${packages_run[@]}" libgtest-dev librapidcheck-dev libgmp-dev clang-19 libclang-rt-19-dev clang-format-19
-               assimp-testmodels python3 gnuplot-nox)
-packages_c=(golang-go luajit abigail-tools valgrind) # languages that call the C interface; what compares binaries; what checks memory
+               assimp-testmodels python3 gnuplot-nox valgrind)
+packages_c=(golang-go luajit abigail-tools) # languages that call the C interface; what compares binaries
 packages_csharp=(mono-mcs mono-runtime)
-packages_python=(pybind11-dev python3-dev python3-numpy python3-build python3-venv python3-pytest mypy python3-matplotlib python3-ase valgrind)
+packages_python=(pybind11-dev python3-dev python3-numpy python3-build python3-venv python3-pytest mypy python3-matplotlib python3-ase)
 packages_rust=(cargo)
 packages_bullet=(libbullet-dev) # what there are adapters for
 packages_fcl=(libfcl-dev)

@@ -130,6 +130,13 @@ inline Vec<T> compress(Vec<T> all, unsigned)
     return all;
 }
 
+[[maybe_unused]] inline void load_rows(const float (*rows)[4], Vec<float>& x, Vec<float>& y, Vec<float>& z)
+{
+    x = Vec<float>((*rows)[0]);
+    y = Vec<float>((*rows)[1]);
+    z = Vec<float>((*rows)[2]);
+}
+
 struct Four
 {
     float raw[4];

@@ -9,6 +9,7 @@
 //     x = choose(below, x * x, sqrt(x));     // where the mask is set, and elsewhere
 //     if (any(below & (x < y))) ...          // also all, |, and mask_bits: lane 0 is the lowest bit
 //     compress(n, mask_bits(below)).storeu(to); // of 32-bit integers: those of the lanes that are set
+//     load_rows(rows, x, y, z);              // the columns of records of four floats, but the last
 //     Four rows[4] = ...; transpose(rows);   // of four floats on every instruction set: records into columns
 //
 // Also min, max, abs, min_lane, max_lane, and Vec::lane_numbers(): 0, 1, 2, ... A min or max of a NaN, or of
@@ -190,6 +191,13 @@ HWY_ATTR HWY_INLINE Vec<T> compress(Vec<T> all, unsigned bits)
     return hn::BitCast(Tag<T>(), hn::TableLookupBytes(hn::BitCast(bytes, all.raw),
                                                       hn::Load(bytes, jostle::compress_order.of4[bits])));
 #endif
+}
+
+/// The first three columns of as many rows of four floats as a vector has lanes, from any address.
+HWY_ATTR HWY_INLINE void load_rows(const float (*rows)[4], Vec<float>& x, Vec<float>& y, Vec<float>& z)
+{
+    hn::Vec<Tag<float>> unread;
+    hn::LoadInterleaved4(Tag<float>(), *rows, x.raw, y.raw, z.raw, unread);
 }
 
 /// Four floats on every instruction set, for records of four.

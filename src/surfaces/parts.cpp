@@ -209,8 +209,9 @@ void impacts_of(surfaces::Kind kind, std::span<const Corners> from, std::span<co
             }
             good = all_within(from[pair], narrow::longest) && all_within(to[pair], narrow::longest);
             if (!good) break;
-            for (auto& column : legs.from)
-                column[count] = static_cast<float>(most_of_floats);
+            for (auto& rows : legs.from)
+                for (float& number : rows[count])
+                    number = static_cast<float>(most_of_floats);
         }
         const std::uint64_t apart = kernels.moving_apart(legs, count);
         for (std::uint32_t k = 0; k < count; ++k) {

@@ -26,6 +26,8 @@ constexpr double furthest = 1e30;
 
 /// How many pairs kernels take at once.
 constexpr std::uint32_t some_pairs = surfaces::PartBatch::size;
+/// Enough that kernels' lanes are full most of the time.
+constexpr std::uint32_t pairs_in_block = 512;
 
 template <class T>
 Vec3 as_double(const Vec<3, T>& v)
@@ -299,7 +301,8 @@ struct SurfaceFinder<T>::Implementation
     {
         BlockBufferAccess access(into);
         const std::size_t count = pairs.size();
-        const WorkPlan plan = plan_work(count, work());
+        const ProcessOptions in_blocks{options.executor, pairs_in_block};
+        const WorkPlan plan = plan_work(count, in_blocks);
         access.reserve_chunks(1);
         access.reserve_blocks(plan.blocks);
         const std::span<Item> items =
@@ -312,7 +315,7 @@ struct SurfaceFinder<T>::Implementation
                 std::uint64_t& of_block = made[batch.work.block];
                 of_block = static_cast<std::uint64_t>(make(batch.items, first + of_block) - first);
             },
-            work());
+            in_blocks);
         for (std::uint32_t block = 0; block < plan.blocks; ++block)
             access.append(items.subspan(block * plan.block_items, made[block]));
     }

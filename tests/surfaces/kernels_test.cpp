@@ -26,11 +26,9 @@ std::uint64_t apart(jostle::InstructionSet set, bool edges, bool moves, const Pa
     return which(batch, count) & (count == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1);
 }
 
-void put(float (&columns)[9][PartBatch::size], std::uint32_t k, const Four& at)
+void put(jostle::surfaces::Row (&rows)[3][PartBatch::size], std::uint32_t k, const Four& at)
 {
-    for (std::size_t i = 0; i < 9; ++i)
-        columns[i][k] =
-            static_cast<float>(at[i / 3 + 1][static_cast<int>(i % 3)] - at[0][static_cast<int>(i % 3)]);
+    jostle::surfaces::put_legs(rows, k, [&](std::size_t i) -> auto& { return at[i]; });
 }
 
 Four mix(const Four& from, const Four& to, double t)
@@ -69,7 +67,7 @@ TEST(SurfaceKernels, WhatTheySayIsTrueAndTheyHardlyEverSayNothing)
         const bool edges = round % 2 == 1, moves = round / 2 % 2 == 1;
         const double scale = std::ldexp(1.0, static_cast<int>(random() % 80) - 40);
         const std::uint32_t count = round % 5 == 0 ? 1 + static_cast<std::uint32_t>(random() % 64) : 64;
-        PartBatch batch;
+        PartBatch batch{};
         std::array<Four, 64> from, to;
         for (std::uint32_t k = 0; k < count; ++k) {
             from[k] = vertices(random);
@@ -86,10 +84,11 @@ TEST(SurfaceKernels, WhatTheySayIsTrueAndTheyHardlyEverSayNothing)
             put(batch.to, k, to[k]);
             batch.reach[k] = static_cast<float>(reach);
         }
-        for (auto* columns : {&batch.from, &batch.to})
-            for (auto& column : *columns)
-                for (float& number : column)
-                    number *= static_cast<float>(scale);
+        for (auto* legs : {&batch.from, &batch.to})
+            for (auto& rows : *legs)
+                for (auto& row : rows)
+                    for (float& number : row)
+                        number *= static_cast<float>(scale);
         for (float& reach : batch.reach)
             reach *= static_cast<float>(scale);
         const std::uint64_t said = apart(jostle::InstructionSet::scalar, edges, moves, batch, count);
@@ -123,17 +122,18 @@ TEST(SurfaceKernels, OfNumbersOutOfRangeTheySayNothing)
     for (const float scale : {1e-45f, 1e-30f, 1e-15f, 1e16f, 1e25f, 1e38f, infinity, none})
         for (const bool edges : {false, true})
             for (const bool moves : {false, true}) {
-                PartBatch batch;
+                PartBatch batch{};
                 for (std::uint32_t k = 0; k < 64; ++k) {
                     put(batch.from, k, vertices(random));
                     put(batch.to, k, vertices(random));
-                    batch.from[random() % 9][k] = 1;
+                    batch.from[random() % 3][k][random() % 3] = 1;
                     batch.reach[k] = random() % 2 == 0 ? 0.0f : scale;
                 }
-                for (auto* columns : {&batch.from, &batch.to})
-                    for (auto& column : *columns)
-                        for (float& number : column)
-                            number *= scale;
+                for (auto* legs : {&batch.from, &batch.to})
+                    for (auto& rows : *legs)
+                        for (auto& row : rows)
+                            for (float& number : row)
+                                number *= scale;
                 for (const jostle::InstructionSet set : jostle::supported_instruction_sets())
                     EXPECT_EQ(apart(set, edges, moves, batch, 64), 0u) << scale;
             }

@@ -15,13 +15,12 @@ struct Given
 };
 
 template <int corners>
-HWY_ATTR HWY_INLINE Given<corners> load_legs(const float (&columns)[9][PartBatch::size], std::uint32_t k)
+HWY_ATTR HWY_INLINE Given<corners> load_legs(const Row (&rows)[3][PartBatch::size], std::uint32_t k)
 {
     Point<float> leg[3];
     Float greatest = Float(0);
     for (int i = 0; i < 3; ++i) {
-        leg[i] = {Float::load(columns[3 * i] + k), Float::load(columns[3 * i + 1] + k),
-                  Float::load(columns[3 * i + 2] + k)};
+        load_rows(rows[i] + k, leg[i].x, leg[i].y, leg[i].z);
         greatest = max(greatest, greatest_of(leg[i]));
     }
     if constexpr (corners == 3)
@@ -52,6 +51,28 @@ HWY_ATTR HWY_INLINE Mask<float> beyond(const Polygon<float, corners>& polygon, c
     return all;
 }
 
+/// To 0 to 1, and 0 for none.
+HWY_ATTR HWY_INLINE Float clamped(Float x)
+{
+    return choose(x > Float(0), choose(x < Float(1), x, Float(1)), Float(0));
+}
+/// The polygon's point that is nearest to the origin, but for rounding. Of a parallelogram one side's part
+/// after the other: Ericson, Real-Time Collision Detection (2005), sec. 5.1.9.
+HWY_ATTR HWY_INLINE Point<float> nearest_point(const Polygon<float, 3>& polygon)
+{
+    return nearest_of(polygon).point;
+}
+HWY_ATTR HWY_INLINE Point<float> nearest_point(const Polygon<float, 4>& polygon)
+{
+    const Float zero = Float(0);
+    const Point<float> u = polygon.across(), v = polygon.along(), c = polygon.corner[0];
+    const Float uu = dot(u, u), uv = dot(u, v), vv = dot(v, v), uc = dot(u, c), vc = dot(v, c);
+    Float across = clamped((uv * vc - vv * uc) / (uu * vv - uv * uv));
+    const Float along = clamped((zero - vc - uv * across) / vv);
+    across = clamped((zero - uc - uv * along) / uu);
+    return c + u * across + v * along;
+}
+
 /// Of a shaken cloth's pairs (decision 71) one step tells 86 in 100, two tell 93, eight 94.
 constexpr int steps = 3;
 
@@ -64,7 +85,7 @@ HWY_ATTR HWY_INLINE Mask<float> stay_apart(const Motion<float, corners>& motion,
         // From the middle of what is left, parts turn half as far as from its beginning.
         const Polygon<float, corners> middle = motion.at(min((time + one) * Float(0.5f), one));
         const Float before = time;
-        for (const Point<float>& direction : {nearest_of(middle).point, toward_face(middle)})
+        for (const Point<float>& direction : {nearest_point(middle), toward_face(middle)})
             time = max(time, motion.clear_until(direction, before, apart));
         if (!any((time > before) & (time <= one))) break;
     }
@@ -89,7 +110,7 @@ HWY_ATTR std::uint64_t apart(const PartBatch& pairs, std::uint32_t count)
         } else {
             const Float spare = (from.greatest + reach) * Float(float_rounding);
             const Mask<float> apart =
-                in_range(from.greatest) & beyond(from.polygon, nearest_of(from.polygon).point, reach + spare);
+                in_range(from.greatest) & beyond(from.polygon, nearest_point(from.polygon), reach + spare);
             bits |= std::uint64_t{mask_bits(apart)} << k;
         }
     }

@@ -12,26 +12,29 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace surfaces {
 
-/// Pairs as columns, for floats.
+/// x, y, z, and a number without meaning.
+using Row = float[4];
+
+/// Pairs for floats.
 struct PartBatch
 {
     static constexpr std::uint32_t size = 64;
 
-    /// From the first of a pair's four vertices to each of the others, x, y and z of each.
-    alignas(64) float from[9][size];
+    /// From the first of a pair's four vertices to each of the others.
+    alignas(64) Row from[3][size];
     /// The same at the end of a step. Read by kernels that move.
-    alignas(64) float to[9][size];
+    alignas(64) Row to[3][size];
     /// Within which a pair is near.
     alignas(64) float reach[size];
 };
 
-/// Edges and triangles as columns, for floats.
+/// Edges and triangles for floats.
 struct CrossingBatch
 {
     static constexpr std::uint32_t size = 64;
 
-    /// From the edge's first end to its second, and to the triangle's corners, x, y and z of each.
-    alignas(64) float legs[12][size];
+    /// From the edge's first end to its second, and to the triangle's corners.
+    alignas(64) Row legs[4][size];
 };
 
 /// Pairs as columns, for doubles.
@@ -60,14 +63,15 @@ struct PartDistances
     }
 };
 
-/// Puts down a pair in a column: vertex(k) is where its vertex k is.
+/// Puts down a pair as number k: vertex(i) is where its vertex i is.
 template <std::size_t legs, class Vertex>
-void put_legs(float (&columns)[legs][PartBatch::size], std::size_t column, const Vertex& vertex)
+void put_legs(Row (&rows)[legs][PartBatch::size], std::size_t k, const Vertex& vertex)
 {
     const auto& first = vertex(0);
     for (std::size_t i = 0; i < legs; ++i) {
-        const int d = static_cast<int>(i % 3);
-        columns[i][column] = static_cast<float>(double{vertex(i / 3 + 1)[d]} - double{first[d]});
+        const auto& other = vertex(i + 1);
+        for (int d = 0; d < 3; ++d)
+            rows[i][k][d] = static_cast<float>(double{other[d]} - double{first[d]});
     }
 }
 template <class Vertex>

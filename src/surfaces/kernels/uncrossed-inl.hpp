@@ -18,8 +18,7 @@ constexpr float largest_cubed = 1e11f, smallest_cubed = 1e-9f;
         Point<float> leg[4];
         Float greatest = Float(0);
         for (int i = 0; i < 4; ++i) {
-            leg[i] = {Float::load(pairs.legs[3 * i] + k), Float::load(pairs.legs[3 * i + 1] + k),
-                      Float::load(pairs.legs[3 * i + 2] + k)};
+            load_rows(pairs.legs[i] + k, leg[i].x, leg[i].y, leg[i].z);
             greatest = max(greatest, greatest_of(leg[i]));
         }
         const Point<float>&end = leg[0], &a = leg[1], &b = leg[2], &c = leg[3];
