@@ -26,7 +26,7 @@ constexpr double furthest = 1e30;
 
 /// How many pairs kernels take at once.
 constexpr std::uint32_t some_pairs = surfaces::PartBatch::size;
-/// Enough that kernels' lanes are full most of the time.
+/// Of pairs that are decided in doubles: enough to keep the kernels' lanes filled, few enough to share out.
 constexpr std::uint32_t pairs_in_block = 512;
 
 template <class T>
